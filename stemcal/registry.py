@@ -189,7 +189,7 @@ def hash_of(place: Path, length: int = 12) -> str:
 # ---- running code of users and of other packages, which may print, exit, or raise any exception
 
 
-MOST_SHOWN = 500  # largest number of characters of an error's text
+_MOST_SHOWN = 500  # largest number of characters of an error's text
 
 
 class ForeignError(Exception):
@@ -204,7 +204,7 @@ def described(error: BaseException) -> str:
     return f"{type(error).__name__}: {cut(text)}".removesuffix(": ")
 
 
-def cut(text: str, most: int = MOST_SHOWN) -> str:
+def cut(text: str, most: int = _MOST_SHOWN) -> str:
     """Return the first `most` characters of a text in one line, and the number of characters left out."""
     more = f" … ({len(text) - most:,} more characters)" if len(text) > most else ""
     return " ".join(text[:most].split()) + more

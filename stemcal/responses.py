@@ -22,7 +22,7 @@ FURTHER_CUT = "cutting"  # kind of the further cutting tests, which are in the s
 PIECE = "piece"
 """All tests of a piece of stem together; a single kind has its own name, such as ``three-point-bending``."""
 
-SECANT = (0.2, 0.5)  # fractions of the maximum force between which the slope of a curve is fitted
+_SECANT = (0.2, 0.5)  # fractions of the maximum force between which the slope of a curve is fitted
 _FEWEST = 3  # least number of points from which a slope is determined
 
 
@@ -77,7 +77,7 @@ class Response:
             raise UsageError(f"the response {self.name} cannot be calculated from a run: {reason}") from error
 
 
-def secant(travel: Array, force: Array, shares: tuple[float, float] = SECANT) -> float | None:
+def secant(travel: Array, force: Array, shares: tuple[float, float] = _SECANT) -> float | None:
     """Return the slope (N/mm) of a straight line fitted by least squares to part of a curve until the break.
 
     The part begins and ends where the force first reaches these `shares` of its maximum. None below three points.

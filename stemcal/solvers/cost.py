@@ -12,18 +12,18 @@ from stemcal.fem.material import Material
 from stemcal.laboratory.build import LaboratoryTest, integration
 from stemcal.solvers.laboratory_runs import AnyTest
 
-# Computing time of a step, and of each element in it, on one core of a small machine, s.
+# Computing time of one time step, and of one element in a step, on one core of a small machine, s.
 _STEP, _ELEMENT = 10.0e-6, 0.055e-6
-# Travel at which stems usually fracture and are cut through, as a share of the diameter: between two supports, and next
-# to a clamp, where the blade flattens the stem first.
+# Usual travel, in stem diameters, until a stem fractures, and until it is cut through: (between two supports, next to
+# a clamp). Next to a clamp, the blade flattens the stem first.
 _UNTIL_BROKEN, _UNTIL_SEVERED = 0.09, (0.6, 1.2)
-_FLAT = 0.5  # stable step of the smallest, flat element of a cut, divided by the step of a cube of the same volume
+_FLAT = 0.5  # stable time step of the smallest element, which is flat, over that of a cube with the same volume
 
 
 def seconds(test: AnyTest) -> float:
-    """Return the computing time, s: the number of steps, set by the smallest element, times the time per step.
+    """Return the computing time of a test, s: number of time steps times computing time per step; inf if a step is 0 s.
 
-    It is inf if a time step is zero.
+    The smallest element determines the time step.
     """
     steps, elements = _laboratory_steps(test) if isinstance(test, LaboratoryTest) else _cutting_steps(test)
     return float(steps * (_STEP + _ELEMENT * elements))
@@ -43,7 +43,7 @@ def _cutting_steps(test: ShearTest) -> tuple[float, float]:
 
 
 def _laboratory_steps(test: LaboratoryTest) -> tuple[float, float]:
-    elements, smallest = _mesh_size(replace(test, material=_ANY))  # the mesh is the same for all materials
+    elements, smallest = _mesh_size(replace(test, material=_ANY))  # one cache entry, since the mesh has no material
     how, material = integration(test), test.material
     speed = (material.p_wave_modulus / (how.mass_scaling * material.density)) ** 0.5
     return test.loading.duration * speed / (how.safety * smallest), elements

@@ -1,4 +1,4 @@
-"""The embedded finite element solver, and the virtual tests of a study at given levels."""
+"""The embedded finite element solver, and the virtual tests that it runs for a study at given factor levels."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -32,7 +32,7 @@ from stemcal.study.model.shear_test import DAMPING, GAP
 from stemcal.study.model.study import Study
 from stemcal.study.types.field_types import Length
 
-# Columns of the history from which pictures of a run are drawn.
+# Columns of the history that are stored for the pictures of a run.
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
 # Memory of a process without a mesh, bytes.
 _PROCESS = 250.0e6
@@ -46,7 +46,7 @@ class Embedded(Solver):
 
     study: Study
     drawn: bool = True
-    """Whether the mesh positions of replicates have a random offset, which differs between sets of levels."""
+    """Whether the mesh positions of replicates have a random offset, which depends on the levels of the run."""
 
     def prepare(self) -> None:
         """Compile the kernels, unless the cache contains them, so that the workers need not compile."""
@@ -114,7 +114,7 @@ class Embedded(Solver):
             "edge_spread": study.blade.edge_spread,
             "internal_length": study.material.internal_length,
         }
-        # as written in the spec; a share of the diameter also in mm
+        # each length as written in the spec; if that is a share of the diameter, followed by the value in mm
         in_mm = {key: "" if s.divisor is None else f" ({s.at(diameter):.3g} mm)" for key, s in lengths.items()}
         settings = {name: f"{length}{in_mm[name]}" for name, length in lengths.items()}
         for section, layer in zip(study.layers[:-1], layers_at(study, {}, diameter), strict=False):
@@ -129,7 +129,7 @@ class Embedded(Solver):
         return {**settings, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
 
     def _laboratory_tests(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
-        """Return the laboratory tests of a run; further cuts have the same position of the mesh as the first cut."""
+        """Return the laboratory tests of a run; in further cuts, the mesh is shifted as in its shear test."""
         sections = laboratory_runs.measured_at(self.study, request.condition)
         tests = [test_of(self.study, section, request.levels, request.condition) for section in sections]
         placed_tests = [self._placed(test, request) if isinstance(test, ShearTest) else test for test in tests]
@@ -139,16 +139,16 @@ class Embedded(Solver):
         return self._placed(shear_test(self.study, request.levels, request.condition), request)
 
     def _placed(self, test: ShearTest, request: Request) -> ShearTest:
-        """Return the test with the mesh shifted by a part of an element, 0 to ½, that differs between replicates."""
+        """Return the test with its mesh shifted by 0 to ½ of an element; the shift differs between replicates."""
         if not request.replicate:
             return test
         offset = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED if self.drawn else 0.5
-        count = max(self.study.solver.repeats, request.replicate)  # a record may be of a study with more replicates
+        count = max(self.study.solver.repeats, request.replicate)  # an old record may have a larger replicate number
         return placed(test, (request.replicate - 1 + offset) / (2 * count))
 
 
 def meshed_as(study: Study, element_size: float) -> Study:
-    """Return the study with another element size (mm); time step and elements through the wall are adapted to it."""
+    """Return the study with another element size (mm); time step and elements through the wall change in proportion."""
     options, size = _options(study), Length(float(f"{element_size:g}"))
     diameter = study.targets.calibrate_at
     ratio = size.at(diameter) / options.element_size.at(diameter)
@@ -189,7 +189,7 @@ def simulate_levels(
 
 
 def test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
-    """Return the test of a section under `tests` in the spec: a further cut, or a laboratory test of a piece."""
+    """Return the test of a section under `tests` in the spec: another cut, or a laboratory test of a piece of stem."""
     if isinstance(section, PieceSection):
         return laboratory_runs.laboratory_test(section, shear_test(study, levels, diameter))
     diameter = study.stem_at(levels, diameter)

@@ -14,7 +14,7 @@ from stemcal.fem.state import State
 
 FRAMES = 24
 LARGEST = 10_000  # largest number of nodes; of a finer mesh, only the final state is stored
-_STEPS = 2000  # steps from zero to the largest value; a picture does not show smaller differences
+_STEPS = 2000  # values are rounded to the largest value / _STEPS; smaller differences are invisible in a picture
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Film:
         self.seen += 1
 
     def packed(self, result: CuttingResult) -> dict[str, Any]:
-        """Return the frames as JSON values, relative to the final shape of the test; {} if the mesh is too fine."""
+        """Return the frames as JSON values, with displacements from the initial shape; {} if the mesh is too fine."""
         shape, history = result.shape, result.history
         if shape is None or not self.moments or len(shape.nodes) > LARGEST:
             return {}
@@ -106,7 +106,7 @@ def _at(times: list[float], known: Array, values: Array) -> list[float]:
 
 
 def _quantised(values: Array) -> dict[str, Any]:
-    """Return values (frame, …) as whole numbers of steps: the differences from the previous frame, and the step."""
+    """Return values (frame, …) as `step` and `counts`: changes from frame to frame, in whole numbers of steps."""
     step = float(np.abs(values).max(initial=0.0)) / _STEPS or 1.0
     counts = np.round(values / step)
     return {"step": step, "counts": packed_text(np.diff(counts, axis=0, prepend=np.zeros_like(counts[:1])), "<i2")}

@@ -28,7 +28,7 @@ def _imported_by(file: Path, roots: Sequence[Path]) -> Iterator[Path]:
     try:
         tree = ast.parse(file.read_bytes())
     except (OSError, SyntaxError, ValueError, RecursionError):
-        return  # importing it fails, which reports the reason
+        return  # Python reports the reason when the program imports this file
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             for alias in node.names:

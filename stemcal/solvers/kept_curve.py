@@ -1,4 +1,4 @@
-"""The force–travel curve in the record of a run: at most 200 points, and its scores on measured curve modes."""
+"""The force–travel curve in the record of a run, and its scores on the principal components of measured curves."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +26,10 @@ def kept_curve(travel: Array, force: Array) -> dict[str, list[float]]:
 
 
 def curve_scores(modes: CurveModes | None, travel: Array, force: Array, broke: float | None = None) -> dict[str, float]:
-    """Return the scores of a simulated curve (mm, N) on the measured modes, by the names of their responses.
+    """Return the scores of a simulated curve (mm, N) on the measured modes, by response name; {} without modes.
 
-    The curve is scored up to the travel at which the stem `broke` (mm). Without modes, the result is empty. Raises
-    `SimulationFailed` if the force does not exceed the preload of the measured curves, or has no rise.
+    The curve is used up to the travel at which the stem `broke` (mm). Raises `SimulationFailed` if the force does not
+    exceed the preload of the measured curves, or has no rise.
     """
     if modes is None:
         return {}

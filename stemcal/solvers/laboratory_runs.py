@@ -17,12 +17,12 @@ from stemcal.responses import known_response, packages_of
 from stemcal.study.model.laboratory_kind import TESTS, LaboratorySection, PieceSection
 from stemcal.study.model.study import Study
 
-# Points of the history of a test, and the share of the test duration over which force and strain rate are smoothed.
+# Number of points in the history of a test; smoothing window of force and strain rate, as a share of the duration.
 _OUTPUTS, _SMOOTHED = 400, 0.01
 
-# Largest error in the energy balance of a valid run, percent; in laboratory tests until the break.
+# Largest error of the energy balance in a valid run, % of the largest work; in laboratory tests only until the break.
 _WORST_DRIFT = 5.0
-# Least energy of the contact in a valid run, percent of the tool's work; less than zero if the contact creates energy.
+# Smallest contact energy in a valid run, % of the work of the tool. A negative value means that contact created energy.
 _LEAST_CONTACT = -1.0
 _HOURGLASS = 0.03
 
@@ -30,17 +30,17 @@ AnyTest = LaboratoryTest | ShearTest
 
 
 def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
-    """Return the further tests of a run: all measured tests at a fitted diameter, otherwise those at its diameter."""
+    """Return the laboratory tests of a run: at a fitted diameter all that were measured, else those measured at it."""
     fitted = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     everywhere = any(abs(diameter - at) < 1e-6 for at in fitted)
     return tuple(test for test in study.tests if (test.targets if everywhere else test.means_at(diameter)))
 
 
 def laboratory_test(section: PieceSection, sheared: ShearTest) -> LaboratoryTest:
-    """Return the test of a section, on a piece of the stem of a shear test."""
+    """Return the laboratory test that a section of the spec describes, on a piece of the stem of a shear test."""
     diameter, how = sheared.stem.outer_diameter, sheared.discretisation
     duration = section.stroke_at(diameter) / section.speed
-    kind_of_test = TESTS.named(section.kind)  # loads the kinds of other packages: a worker process has read no spec
+    kind_of_test = TESTS.named(section.kind)  # loads plug-ins, since a worker process has not read the spec
     assert kind_of_test is not None, section.kind
     kind = kind_of_test.make(section, diameter)
     return LaboratoryTest(
@@ -76,10 +76,10 @@ def identity(section: LaboratorySection, test: AnyTest) -> dict[str, Any]:
 
 
 def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
-    """Return the inputs of a test that determine its result, which are all except the number of threads."""
+    """Return the inputs of a test that determine its result: all inputs except the number of threads."""
     plain = asdict(test)
     del plain["discretisation"]["integration"]["threads"]
-    if not test.outer:  # so that records from before there were layers remain valid
+    if not test.outer:  # records of earlier versions, which had no layers, remain valid
         del plain["outer"], plain["stem"]["layers"]
         if test.material.transverse is None:
             del plain["material"]["transverse"]
@@ -95,7 +95,7 @@ def perform_or_fail(test: AnyTest, inspect: Inspect | None = None) -> Laboratory
 
 
 def distrusted(result: CuttingResult, safety: float) -> SimulationFailed | None:
-    """Return the failure of a run that created energy; its remedy is half the `safety` of the time step; else None."""
+    """Return a failure if the run created energy, with the remedy to halve the time step factor `safety`; else None."""
     drift, contact = result.energy_drift_percent, result.contact_energy_percent
     remedy = f"set `time_step_safety: {0.5 * safety:.2g}` under `solver`"
     if drift > _WORST_DRIFT:
@@ -106,7 +106,7 @@ def distrusted(result: CuttingResult, safety: float) -> SimulationFailed | None:
 
 
 def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dict[str, float], list[Note]]:
-    """Perform tests; return their responses by name, and warnings. `SimulationFailed` if a response is not obtained."""
+    """Perform tests; return their responses by name and their warnings. `SimulationFailed` if a response is missing."""
     responses: dict[str, float] = {}
     warnings: list[Note] = []
     for section, test in tests:

@@ -16,14 +16,14 @@ BREAK_DROP = 0.5
 # Blade speed (mm/s; 100 mm/min) up to which the mass scaling and the time step are those of the spec.
 _SLOW = 100.0 / 60.0
 # Keys that the embedded solver and the decks of other programs share.
-ThroughWall = Annotated[
+_ThroughWall = Annotated[
     Annotated[Whole, Field(ge=1, le=50)] | None,
     Field(
         description="Number of elements through the wall thickness. By default, the radial element length is at most "
         "`element_size`."
     ),
 ]
-MassScaling = Annotated[
+_MassScaling = Annotated[
     Number,
     Field(
         ge=1,
@@ -31,7 +31,7 @@ MassScaling = Annotated[
         "kinetic energy. The kinetic energy is checked in each run.",
     ),
 ]
-FilterWindow = Annotated[
+_FilterWindow = Annotated[
     float,
     Quantity("time", at_least=0),
     Field(description="Window length of the low-pass filter for the force; 0 s disables the filter."),
@@ -49,20 +49,20 @@ class EmbeddedSolver(SolverOptions):
     element_size: StemLength = Length(divisor=16.0)
     """Length of the elements under the blade edge: a length, or a fraction of the diameter such as d/16. Use at most
     0.6 times the smaller of `edge_spread` and `internal_length`."""
-    elements_through_wall: ThroughWall = None
+    elements_through_wall: _ThroughWall = None
     edge_over: Literal["elements", "nodes"] = "nodes"
     """Position of the blade edge: above a row of nodes, or above the middle of a row of elements."""
     hourglass: Annotated[Number, Field(ge=0, le=1)] = 0.01
     """Hourglass coefficient, defined as `QH` of hourglass type 4 in LS-DYNA. A small coefficient permits
     zero-energy modes; a large coefficient makes the stem too stiff."""
-    mass_scaling: MassScaling = 1e4
+    mass_scaling: _MassScaling = 1e4
     time_step: Time | None = 4e-5
     """Minimum time step: mass is added to elements with a smaller stable time step. With `null`, no mass is added."""
     time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
     """Fraction of the stable time step that the solver uses."""
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
     """Number of points in the force history."""
-    filter_window: FilterWindow = 0.010
+    filter_window: _FilterWindow = 0.010
     coarsening: Annotated[Number, Field(ge=1, le=10)] = 6.0
     """Ratio of the element length at the ends of the stem to the element length under the edge."""
     coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
@@ -125,7 +125,7 @@ Argument = Annotated[str, StringConstraints(strict=True, min_length=1)]
 Command = Annotated[tuple[Argument, ...], Field(min_length=1, max_length=200)]
 Variable = Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)]
 Environment = Annotated[dict[Variable, Annotated[str, StringConstraints(strict=True)]], Field(max_length=100)]
-TimeLimit = Annotated[
+_TimeLimit = Annotated[
     float,
     Quantity("time", above=0),
     Field(description="Time limit for one run. If a run exceeds the limit, all its processes are terminated."),
@@ -138,7 +138,7 @@ class ProgramOptions(SolverOptions):
     environment: Environment = {}
     """Additional environment variables, as a mapping from names to values. If a variable changes, all runs are
     repeated."""
-    time_limit: TimeLimit = 3600.0
+    time_limit: _TimeLimit = 3600.0
     files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Files that are copied to each run folder."""
 
@@ -218,8 +218,8 @@ class DeckSolver(ProgramOptions):
     """A program that runs a keyword deck of the shear test."""
     program: Literal["lsdyna", "openradioss"]
     """The program that runs the deck."""
-    time_limit: TimeLimit = 86400.0
-    filter_window: FilterWindow = 0.010
+    time_limit: _TimeLimit = 86400.0
+    filter_window: _FilterWindow = 0.010
     rate_law: Literal["paper", "cowper_symonds", "none"] | None = None
     """Rate law of the yield stress: `paper` is 1 + (rate/C)^P as printed in the wild chrysanthemum study,
     `cowper_symonds` is 1 + (rate/C)^(1/P), and `none` omits the rate effect. The default is `cowper_symonds` for
@@ -230,8 +230,8 @@ class DeckSolver(ProgramOptions):
     calibrated values are valid only for this mesh."""
     element_size: StemLength = Length(1.0)
     """Length of the elements under the blade edge: a length, or a fraction of the diameter."""
-    elements_through_wall: ThroughWall = None
-    mass_scaling: MassScaling = 1e4
+    elements_through_wall: _ThroughWall = None
+    mass_scaling: _MassScaling = 1e4
     command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
     """Command that starts LS-DYNA: the program and its arguments, as a list. `{{deck}}` is replaced by the file name of
     the deck."""
@@ -308,7 +308,7 @@ class PythonSolver(SolverOptions):
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Number of simulations of each point with different seeds, for a stochastic class. `solve(levels, condition,
     seed)` receives the seed as its third argument. Without this key, the class must be deterministic."""
-    time_limit: TimeLimit = 3600.0
+    time_limit: _TimeLimit = 3600.0
 
     @property
     def run_limit(self) -> float | None:

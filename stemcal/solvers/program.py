@@ -40,7 +40,7 @@ class Inputs:
 
     templates   files in which placeholders are replaced
     files       files that are copied unchanged
-    named       files that the command uses where they are, such as scripts
+    named       files that are not copied because the command contains their paths, such as scripts
     """
 
     templates: Mapping[Path, str]
@@ -49,7 +49,7 @@ class Inputs:
 
     @classmethod
     def of(cls, templates: Sequence[Path], files: Sequence[Path], named: Sequence[Path] = ()) -> Self:
-        """Record the current content of the files."""
+        """Return the inputs with the hashes of the files as they are now."""
         return cls(*({path: file_hash(path) for path in paths} for paths in (templates, files, named)))
 
     def identity(self) -> dict[str, str]:
@@ -78,7 +78,7 @@ def file_hash(path: Path) -> str:
 
 
 def run_folder(place: Path | None, identity: Mapping[str, Any]) -> Path:
-    """Make an empty folder for a run: below `place`, named by the record key, or among the temporary files."""
+    """Make an empty folder for a run: below `place`, named by the record key; without `place`, a temporary folder."""
     if place is None:
         return Path(tempfile.mkdtemp(prefix="stemcal-run-"))
     folder = make_folder(place) / key_of(identity)
@@ -92,9 +92,9 @@ _KEPT_OUTPUT = 2000  # characters of the output of a failed program that are sto
 
 @dataclass(frozen=True)
 class Program(Solver, ABC, Generic[O]):
-    """Base class of solvers that run a program in a separate folder, below `place` or among the temporary files.
+    """Base class of solvers that run a program in a separate folder for each run, below `place` or a temporary folder.
 
-    A subclass defines the input files, how they are written and run, and the other data that determine an answer.
+    A subclass writes the input files, runs the program, and lists the other data that determine an answer.
     """
 
     study: Study
@@ -182,7 +182,7 @@ def scripts_in(command: Sequence[str], folder: Path) -> list[Path]:
     places += [path for path in map(Path, texts) if path.is_absolute()]
     files: list[Path] = []
     for path in places:
-        with suppress(OSError, ValueError):  # the argument is no valid file name on this system
+        with suppress(OSError, ValueError):  # the argument is not a valid file name on this system
             if path.is_file() and (path.suffix.lower() in _SCRIPTS or path.resolve().is_relative_to(folder)):
                 files += [path, *imported_files(path, [path.parent])]
     return list(dict.fromkeys(files))
@@ -209,7 +209,7 @@ def run_in(
     read: Callable[[ProgramRun], Answer],
     seconds: float | None = None,
 ) -> Answer:
-    """Run a command, at most for `seconds` (default: limit of the spec); return `read(finished)` or a failed answer."""
+    """Run a command, at most for `seconds` (default: time limit of the spec); return the answer from `read`."""
     try:
         finished = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
     except OSError as error:
@@ -236,7 +236,7 @@ def code_is_zero(finished: ProgramRun) -> None:
         raise SimulationFailed("exit_code", f"the program finished with exit code {finished.code}{last}")
 
 
-_UNUSED = {"ends_with"}  # keys that are left out of a record if the spec does not contain them
+_IF_WRITTEN = {"ends_with"}  # keys that are in a record only if the spec has them, so that older records remain valid
 
 
 @dataclass(frozen=True)
@@ -250,7 +250,7 @@ class Command(Program[CommandSolver]):
         options = self.options
         drawn = {"seed": seed_of(request)} if request.replicate else {}
         readers = options.result.items()
-        result = {name: r.model_dump(mode="json", exclude=_UNUSED - r.model_fields_set) for name, r in readers}
+        result = {name: r.model_dump(mode="json", exclude=_IF_WRITTEN - r.model_fields_set) for name, r in readers}
         return {"command": list(options.command), "result": result, **drawn}
 
     def _write(self, folder: Path, request: Request) -> None:

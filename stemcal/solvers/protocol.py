@@ -36,15 +36,15 @@ class Request:
 
 
 NOT_RUN = "not_run"  # reason of a failed manual run
-MOST_MESSAGE = 5000  # largest number of characters of a message
-RESPONSES = "responses"  # entry of the details of an answer with the other responses by name
+_MOST_MESSAGE = 5000  # largest number of characters of a message
+RESPONSES = "responses"  # key in the details of an answer: its further responses by name
 
 
 @dataclass(frozen=True)
 class Answer:
     """The answer to a request: status ``ok`` with a response, or ``failed`` with a reason and a message.
 
-    The response is the force in N, or the first declared response in its unit. The details contain the others.
+    The response is the force in N, or the first declared response in its unit. The details contain further responses.
     """
 
     status: str
@@ -59,9 +59,9 @@ class Answer:
         return self.status == "ok"
 
     def readable(self) -> Self:
-        """Return the answer with texts of limited length and without control characters, which a program may print."""
-        more = "…" * (len(self.message) > MOST_MESSAGE)
-        return replace(self, reason=in_a_line(self.reason)[:100], message=visible(self.message[:MOST_MESSAGE]) + more)
+        """Return the answer with shortened texts and without control characters, which a program may have printed."""
+        more = "…" * (len(self.message) > _MOST_MESSAGE)
+        return replace(self, reason=in_a_line(self.reason)[:100], message=visible(self.message[:_MOST_MESSAGE]) + more)
 
 
 class Solver:
@@ -70,7 +70,7 @@ class Solver:
     immediate: ClassVar[bool] = False
     """Whether the solver answers faster than a worker process can start."""
     asks_people: ClassVar[bool] = False
-    """Whether people perform the runs and enter the results as records, except those for which it `has_result`."""
+    """Whether people perform the runs and enter their results; `solve` answers only those with `has_result`."""
     of_spec_alone: ClassVar[bool] = False
     """Whether the answers depend only on the spec and on the stemcal code."""
 
@@ -93,7 +93,7 @@ class Solver:
         return self
 
     def given_design(self, _stage: str) -> list[dict[str, float]] | None:
-        """Return the design of a stage (levels of each row) that a file contains; None if there is no such file."""
+        """Return the design of a stage (levels of each row) from the solver's file; None if the solver has no file."""
         return None
 
     def has_result(self, _request: Request) -> bool:
@@ -101,7 +101,7 @@ class Solver:
         return False
 
     def table_of(self, _stage: str) -> list[Any]:
-        """Return levels and known answers of a stage that the file of this solver contains, as JSON values."""
+        """Return the rows of a stage in the solver's file, with levels and known answers, as JSON values."""
         return []
 
     def write_inputs(self, _place: Path, _name: str, _request: Request) -> None:
@@ -124,7 +124,7 @@ class Solver:
         return False
 
     def settings_that_matter(self, _condition: float) -> dict[str, str] | None:
-        """Return the settings, by name, on which values calibrated at a diameter depend; None if there are none."""
+        """Return the settings (by name) on which parameters calibrated at a diameter depend; None if there are none."""
         return None
 
     @property

@@ -52,7 +52,7 @@ class PythonClass(Solver):
         return self.study.solver
 
     def prepare(self) -> None:
-        """Raise `UsageError` if the class cannot be loaded in a separate process, which writes no files."""
+        """Load the class in a separate process, which writes no bytecode; raise `UsageError` if this fails."""
         try:
             computed_apart(self._try, self.options.time_limit, {"PYTHONDONTWRITEBYTECODE": "1"})
         except ChildDied as problem:
@@ -168,12 +168,12 @@ class _Loaded:
                 del sys.modules[name]
 
 
-_loaded: list[_Loaded] = []  # the last class of this process
+_loaded: list[_Loaded] = []  # the class that this process has loaded last, or empty
 
 
 @contextmanager
 def _importing_from(roots: list[Path]) -> Iterator[None]:
-    """Append folders to the module search path, at its end so that they do not replace modules of Python."""
+    """Append folders to the end of the module search path, where they cannot hide modules of Python."""
     added = [str(root) for root in roots if str(root) not in sys.path]
     sys.path += added
     try:
@@ -183,7 +183,7 @@ def _importing_from(roots: list[Path]) -> Iterator[None]:
 
 
 def _object(solver: PythonClass) -> tuple[Any, frozenset[str]]:
-    """Return the object of the class and the modules loaded before it; it is created again if a file has changed."""
+    """Return the object of the class, and the modules loaded before it. A changed file causes a new object."""
     options, roots = solver.options, _roots(solver.study)
     key = (options, solver.code, tuple(solver.inputs.items()))
     if not _loaded or _loaded[-1].key != key:

@@ -1,6 +1,6 @@
 """Read a series of numbers in a result file (JSON, CSV or text) of a program, and reduce it to one number.
 
-Numbers are written in ASCII digits, maybe with the exponents of Fortran, or as NaN, infinity or asterisks (overflow).
+Numbers have ASCII digits and may have Fortran exponents; NaN, infinity and asterisks (overflow) are read as NaN.
 """
 
 import csv
@@ -25,10 +25,10 @@ _NUMBER = re.compile(rf"({NUMBER})", re.ASCII)
 _PARTS = re.compile(r"([-+]?[0-9.]+)[EeDd]?([-+]?[0-9]*)", re.ASCII)
 _NONE = re.compile(r"[-+]?(nan|inf|infinity)|\*+", re.IGNORECASE | re.ASCII)
 MAX_BYTES = 20 * MIB  # read in about a second
-LONGEST_LINE = 10_000  # characters of a line that a pattern searches
-ENDING = 10  # last lines that are searched for the text of a normal end
-REDUCTIONS: dict[str, Callable[[Array], float]] = {"max": np.max, "min": np.min}
-REDUCTIONS |= {"first": lambda y: y[0], "last": lambda y: y[-1]}
+_LONGEST_LINE = 10_000  # characters of a line that a pattern searches
+_ENDING = 10  # number of last lines that are searched for `ends_with`
+_REDUCTIONS: dict[str, Callable[[Array], float]] = {"max": np.max, "min": np.min}
+_REDUCTIONS |= {"first": lambda y: y[0], "last": lambda y: y[-1]}
 
 _Series = tuple[Sequence[float], Sequence[float] | None]
 """The numbers of a response, and the travel at each of them; None if the travel is not read."""
@@ -39,8 +39,8 @@ def require_end(result: ResultReader, folder: Path, printed: str) -> None:
     if result.ends_with is None:
         return
     texts = (read_text(folder, result.file, MAX_BYTES), printed)
-    filled = ([line for line in text[-LONGEST_LINE:].splitlines() if line.strip()] for text in texts)
-    if not any(result.ends_with in line for lines in filled for line in lines[-ENDING:]):
+    filled = ([line for line in text[-_LONGEST_LINE:].splitlines() if line.strip()] for text in texts)
+    if not any(result.ends_with in line for lines in filled for line in lines[-_ENDING:]):
         place = f"neither at the end of {result.file} nor at the end of the printed output"
         message = f"{result.ends_with!r} (`ends_with`) is {place}, so the program stopped early"
         raise SimulationFailed("incomplete", message)
@@ -58,7 +58,7 @@ def read_number(result: ResultReader, folder: Path) -> float:
 
     Raises `SimulationFailed`: ``no_result`` if it is missing, ``bad_result`` if unreadable, ``nan`` if not finite.
     """
-    return result.scale * float(REDUCTIONS[result.reduction](_finite(_series(result, folder)[0])))
+    return result.scale * float(_REDUCTIONS[result.reduction](_finite(_series(result, folder)[0])))
 
 
 def read_curve(result: ResultReader, folder: Path) -> tuple[Array, Array]:
@@ -154,7 +154,7 @@ def _csv(text: str, result: ResultReader) -> _Series:
 def _regex(text: str, file: str, pattern: str) -> _Series:
     search = re.compile(pattern)
     along, number = "x" in search.groupindex, "y" if "y" in search.groupindex else 1
-    lines = (line[:LONGEST_LINE] for line in text.splitlines())
+    lines = (line[:_LONGEST_LINE] for line in text.splitlines())
     matches = [(row, match) for row, line in enumerate(lines, 1) for match in search.finditer(line)]
     if not matches:
         raise SimulationFailed("no_result", f"{file} contains no match for the pattern")
@@ -177,7 +177,7 @@ def _regex(text: str, file: str, pattern: str) -> _Series:
 _CONTINUES = re.compile(r"\.?\d|\.?[eEdD][-+]?\d|\.?\s*[x×*·]\s*10\s*(\^|\*\*|[⁻²³¹⁴-⁹])|\^\d|[¼½¾⁻²³¹⁴-⁹]", re.ASCII)
 _FORTRAN = re.compile(r"[-+]\d{3}(?!\d)", re.ASCII)
 _BEGINS = re.compile(r"\d\.?$|\d\.?[eEdD][-+]?$", re.ASCII)
-# Thousands separators, which may also separate two numbers. Before a number there may be a sign or a decimal point too.
+# A thousands separator next to a number, or the separator of two numbers. `_BEFORE` includes signs and points.
 _MARK = "[,'’_\u00a0\u2009\u202f]"
 _AFTER = re.compile(rf"{_MARK}\d", re.ASCII)
 _BEFORE = re.compile(rf"\d{_MARK}$|[-−–.]$", re.ASCII)
@@ -224,7 +224,8 @@ def _is_part_of_number(match: re.Match[str], group: str | int, previous_end: int
     others = [line[:place] + "\N{SECTION SIGN}" + line[place + 1 :] for place in marks]
     if any(other.span(group) == match.span(group) for text in others for other in match.re.finditer(text)):
         return True
-    unsigned = [line[:place] + line[place + 1 :] for place in marks if place < start]  # the sign was optional
+    # if the pattern also matches without the mark, such as a sign, the mark is optional
+    unsigned = [line[:place] + line[place + 1 :] for place in marks if place < start]
     return any(other.start(group) == start - 1 for text in unsigned for other in match.re.finditer(text))
 
 

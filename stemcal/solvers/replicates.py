@@ -1,4 +1,4 @@
-"""Replicates, the numbered simulations of the same levels, and the seed of each of them."""
+"""Replicates, which are numbered simulations at the same levels, and the seed of each."""
 
 import hashlib
 import json
@@ -14,7 +14,7 @@ MOST_SEED = 900_000_000  # the largest seed that LAMMPS accepts
 
 
 def repeated(requests: Sequence[Request], times: int) -> list[Request]:
-    """Return each request `times` times, numbered as replicates; for 0 (a deterministic program) unchanged."""
+    """Return each request `times` times, as numbered replicates; unchanged for 0, a deterministic program."""
     if not times:
         return list(requests)
     return [replace(request, replicate=n) for request in requests for n in range(1, times + 1)]
@@ -39,7 +39,7 @@ class Replicates:
 
 
 def values_of(request: Request, seed: int = 0, naming: Vocabulary = CUTTING) -> dict[str, str]:
-    """Return the text that replaces each placeholder; a factor replaces a built-in placeholder of the same name."""
+    """Return the text for each placeholder; a factor has priority over a built-in placeholder of the same name."""
     drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
     levels = {name: repr(float(value)) for name, value in request.levels.items()}
     at = {} if naming.condition is None else {naming.condition.name: repr(float(request.condition))}

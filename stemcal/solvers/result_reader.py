@@ -1,4 +1,4 @@
-"""The keys of `result` in a spec: the file that a program writes, the numbers in it, and the one that is used."""
+"""The keys of `result` in a spec: the result file of a program, the series of numbers in it, and their reduction."""
 
 import re
 from typing import Annotated, Literal, Self
@@ -33,14 +33,14 @@ def _pattern(value: object, info: ValidationInfo) -> object:
     return value
 
 
-RunFile = Annotated[
+_RunFile = Annotated[
     str,
     StringConstraints(strict=True),
     BeforeValidator(_inside_run_folder),
     Field(description="Name of a file that the program writes to the run folder."),
 ]
 Text = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=500)]
-Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "string", "format": "regex"})]
+_Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "string", "format": "regex"})]
 
 
 class ResultReader(Frozen):
@@ -49,13 +49,13 @@ class ResultReader(Frozen):
     The numbers are selected by one of `column` (CSV file with a header), `path` (JSON file) and `pattern` (text file).
     """
 
-    file: RunFile
+    file: _RunFile
     column: Text | None = None
     """Column that contains the numbers, in a CSV file with a header row."""
     path: Text | None = None
     """Path to the numbers in a JSON file: keys and indices separated by dots, such as `history.force` or
     `rows.0.force`."""
-    pattern: Pattern | None = None
+    pattern: _Pattern | None = None
     """Regular expression that is applied to each line. The group `y` contains the number; if there is no group `y`, the
     first group contains the number. An optional group `x` contains the travel of a curve."""
     along: Text | None = None

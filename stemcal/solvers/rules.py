@@ -1,7 +1,4 @@
-"""Rules that check the `solver` section of a spec for each kind of solver: templates, results, decks, elements.
-
-Each rule yields its violations as findings; its docstring states the rule.
-"""
+"""Rules that check the `solver` section of a spec for each kind of solver. Each rule yields its violations."""
 
 from collections.abc import Iterator
 from math import cos, radians
@@ -20,9 +17,9 @@ from stemcal.vocabulary import FIRST, FORCE
 
 _MOST_UNKNOWN = 20
 _RESERVED = {"program-output.txt"}
-# Elements across the diameter; with more of them, the stem would have thousands of millions of elements.
+# Largest number of elements across the diameter. With more, the stem would have over 10⁹ elements.
 _MOST_ACROSS = 1000.0
-# Least stroke of a whole cut as a share of the diameter. Stems between two supports are in two parts at 0.35 to 0.65.
+# Smallest stroke for a complete cut, in stem diameters. Stems between two supports are cut through at 0.35 to 0.65.
 _LEAST_CUT = 1.0 / 3.0
 
 
@@ -49,7 +46,7 @@ class _Templated(Protocol):
 
 
 def _texts(solver: _Templated) -> Iterator[tuple[NodePath, str, bytes | OSError]]:
-    """Yield the texts that may contain placeholders: place in the spec, file name (or ""), content (or the error)."""
+    """Yield (place in the spec, file name, content or read error) of the templates; arguments have the file name ""."""
     for index, path in enumerate(solver.templates):
         try:
             yield ("solver", "templates", index), path.name, template_bytes(path)
@@ -177,7 +174,7 @@ def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Findin
         if length.at(1.0) == 0.0:
             yield Finding(path, f"`until: severed` requires `{path[1]}`", f"remove `{path[1]}: 0 mm`")
     if "speed" in draft.names and study.loading.chosen_stroke is None:
-        return  # the stroke would follow the factor, which is reported elsewhere
+        return  # the stroke would depend on the factor `speed`; another rule reports this
     thickest = max(draft.diameters.values(), default=0.0)
     sliding = max(extremes_of(study, draft.factors.values(), "sliding_angle"))
     stroke = study.loading.stroke_at(thickest) * cos(radians(sliding))

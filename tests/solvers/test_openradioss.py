@@ -20,9 +20,9 @@ from stemcal.solvers.deck.openradioss_output import (
     deleted_elements,
     deletes_elements,
     force_in_histories,
-    leave_engine_input,
     starter_errors,
     values_not_read,
+    write_engine_input,
 )
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model.shear_test import GAP
@@ -291,7 +291,7 @@ def test_impulses_are_no_forces() -> None:
 
 
 def test_engine_input_asks_for_titles(tmp_path: Path) -> None:
-    leave_engine_input(tmp_path, "/RUN/runk/1/\n0.5\n")
+    write_engine_input(tmp_path, "/RUN/runk/1/\n0.5\n")
     assert (tmp_path / "run_0001.rad").read_text("utf-8") == "/RUN/run/1/\n0.5\n/TH/TITLE\n"
 
 

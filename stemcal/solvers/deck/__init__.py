@@ -18,7 +18,7 @@ from stemcal.storage.atomic import write_atomic
 __all__ = ["Deck", "DeckForm", "deck_text"]
 
 _SECTIONS = ("specimen", "blade", "supports", "loading", "contact")
-# Options that are left out of the identity of a run: they do not change its answer, or the identity has them elsewhere.
+# Keys omitted from `options` in the identity of a run: two have separate entries, and two do not change an answer.
 _APART = {"environment", "time_limit", "files", "home"}
 
 
@@ -56,7 +56,7 @@ class DeckProgram(Program[DeckSolver]):
             write_atomic(folder / STARTER_INPUT, starter_around(DECK, deck.nonlocal_lengths))
 
     def _deck(self, request: Request) -> Deck:
-        # without pictures for OpenRadioss, which would be 50 files for each run
+        # no pictures from OpenRadioss, which would write 50 files in each run
         form = replace(form_of(self.study), pictures=self._is_lsdyna)
         return Deck.of(self.study, request.levels, request.condition, form)
 

@@ -12,7 +12,7 @@ _BY_PART_SET, _BY_PART = 2, 3
 
 
 def contact_cards(deck: Deck) -> Iterator[str]:
-    """Yield the lines of the contact of blade and stem, then of the contact of supports and stem."""
+    """Yield the lines of the two contacts: blade and stem, then supports and stem."""
     study, c = deck.study, deck.study.contact
     friction = {"fs": c.static_friction, "fd": c.dynamic_friction, "dc": c.decay, "vc": 0.0}
     friction |= {"vdc": float(f"{100 * DAMPING:.12g}"), "penchk": 0, "bt": 0.0, "dt": 1e20}

@@ -19,26 +19,27 @@ from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 # the mean of the nodes of an element) and u/(ℓ √π) here. Necking bars fracture at the same elongation with a factor of
 # 1.7 (tests/verification/necking_bar.py), stems of 8 mm below a rounded edge with a factor of 2.
 _RADIOSS_LENGTH = 2.0
-# L/ℓ for LS-DYNA, by equal ⟨r²⟩: 3/5 L² for its weight (1 + (r/L)⁸)⁻², as for a ball, and 3/2 ℓ² for exp(−r²/ℓ²).
+# L/ℓ for LS-DYNA. Both averages have the same mean r²: 3/5 L² for the weight (1 + (r/L)⁸)⁻² of LS-DYNA, which is almost
+# a ball of radius L, and 3/2 ℓ² for exp(−r²/ℓ²).
 _DYNA_LENGTH = sqrt(2.5)
-# A rounded edge of this radius, in units of the edge spread, cuts at the same force as the sharp, spread edge.
+# Ratio r/s of a rounded edge of radius r that cuts at the same force as a sharp edge with the edge spread s.
 _NOSE = 1.4
-# Least relative increase of the yield stress, at the highest strain rate, for which a rate law is written.
+# A rate law is written only if it increases the yield stress by this share or more at the highest strain rate.
 _NO_EFFECT = 1e-3
 
 
 def wanted_step(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material) -> float:
-    """Return the size of DT2MS in LS-DYNA, s: the time step up to which mass is added to small elements; 0 for none.
+    """Return |DT2MS| of LS-DYNA, s: elements with a smaller stable time step get additional mass; 0 for no added mass.
 
-    The cards have the real density. A mass scaling n increases the step of the smallest element by √n; a minimum time
-    step Δt requires Δt/TSSFAC. The larger of both is returned.
+    The cards contain the real density. A mass scaling n corresponds to √n times the stable step of the smallest
+    element, a minimum time step Δt to Δt/TSSFAC. The larger of both is returned.
     """
     scaled = sqrt(solver.mass_scaling) * shortest(mesh) / _sound(material) if solver.mass_scaling > 1.0 else 0.0
     return max(scaled, (_time_step(solver) or 0.0) / solver.time_step_safety)
 
 
 def density_factor(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material) -> float:
-    """Return the factor (≥ 1) on the density with which `wanted_step` is stable without mass added to single nodes."""
+    """Return the factor (≥ 1) for the density of the stem that makes `wanted_step` stable without added mass."""
     return max(1.0, (wanted_step(solver, mesh, material) * _sound(material) / shortest(mesh)) ** 2)
 
 
@@ -50,8 +51,8 @@ def nose_radius(spread: float) -> float:
 def nonlocal_length(length: float, program: str, size: float) -> float:
     """Return the nonlocal length (mm) of LS-DYNA or OpenRadioss that is equivalent to `length` ℓ (mm).
 
-    In OpenRadioss it decreases with the element size (mm), since elements also average; 0 if they average over more
-    than ℓ. `size` is the element size in the spec; the elements under an edge are 0.9 to 0.95 times as long.
+    OpenRadioss also averages over each element, so the length decreases with the element size `size` of the spec (mm);
+    it is 0 if this average is wider than ℓ. The elements under an edge are 0.9 to 0.95 times as long as `size`.
     """
     return max(0.5 * (_RADIOSS_LENGTH * length - size), 0.0) if program == "openradioss" else length * _DYNA_LENGTH
 
@@ -66,13 +67,14 @@ def contact_scale(
 ) -> float:
     """Return the factor SFS for which the contact stiffness at a place of the stem's surface is share · m/Δt².
 
-    A segment in LS-DYNA has the stiffness SLSFAC · SFS · K A²/V (K bulk modulus, A area, V volume of its element); in
-    OpenRadioss, SFS · K A²/V. LS-DYNA then uses the smaller stiffness of stem and tool, OpenRadioss the mean; they
-    agree if SLSFAC = 1 and the tools have the moduli of the stem.
+    m is the nodal mass and Δt the time step of the embedded solver. A segment in LS-DYNA has the stiffness
+    SLSFAC · SFS · K A²/V (K bulk modulus, A area, V volume of its element); in OpenRadioss, SFS · K A²/V. LS-DYNA uses
+    the smaller stiffness of stem and tool, OpenRadioss their mean. With SLSFAC = 1 and the moduli of the stem in the
+    tools, both programs have the same stiffness.
     """
     # the scaled mass of each element (t) and the time step (s) at the start of the embedded solver
     mass = solver.mass_scaling * material.density * mesh.volumes()
-    # 2/ω of each element, s, as in fem.kernels.timestep, which would have to be compiled
+    # stable step 2/ω of each element, s: the formula of fem.kernels.timestep, here without compiling a kernel
     b, volumes = np.array(mesh.modal_gradients()), mesh.volumes()
     products = np.einsum("ime,jme->ije", b, b) / (8.0 * volumes**2)
     trace, norm = np.trace(products), np.abs(products).sum(axis=1).max(axis=0)
@@ -88,9 +90,9 @@ def contact_scale(
 def share_in_openradioss(mesh: Mesh, tool: Mesh, place: tuple[float, float, float]) -> float:
     """Return the contact stiffness of a node on a tool's sharp edge in OpenRadioss, divided by K A²/V of a segment.
 
-    OpenRadioss uses the mean of K A²/V and the stiffness of the node, K (2 Vₙ)^⅓, with Vₙ the volume of its elements
-    per node (asstifi.F, i25cor3.F). It halves the mean (i25for3.F), since surfaces usually act on each other from both
-    sides; a sharp edge acts from one side only.
+    OpenRadioss uses the mean of K A²/V and the stiffness K (2 Vₙ)^⅓ of the node (asstifi.F, i25cor3.F); Vₙ is ⅛ of the
+    volume of the elements at the node. It halves the mean (i25for3.F), because two surfaces usually push nodes of each
+    other. Here, only the nodes of the sharp edge are pushed.
     """
     _, segment = _segment(mesh, place)
     nearest = int(np.argmin(np.linalg.norm(tool.nodes - place, axis=1)))
@@ -109,7 +111,7 @@ def _segment(mesh: Mesh, place: tuple[float, float, float]) -> tuple[Ints, float
 
 
 def rate_constants(law: str, c: float, p: float, rate: float) -> tuple[float, float]:
-    """Return C and P of 1 + (ε̇/C)^(1/P) for a rate law; zeros if it has almost no effect up to `rate` (1/s).
+    """Return C and P of 1 + (ε̇/C)^(1/P) for a rate law; zeros if the law has almost no effect up to `rate` (1/s).
 
     >>> rate_constants("cowper_symonds", 90.0, 8.0, 10.0), rate_constants("paper", 90.0, 8.0, 10.0)
     ((90.0, 8.0), (0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Write keyword cards in fields of ten columns, and choose the form of a deck."""
+"""Write keyword cards with fields of ten columns, and select the form of a deck."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -54,21 +54,21 @@ def fitted(value: float, width: int) -> str:
     raise ValueError(f"{value:g} does not fit in {width} columns")
 
 
-DeckProgramName = Literal["lsdyna", "openradioss"]
+_DeckProgramName = Literal["lsdyna", "openradioss"]
 
 
 @dataclass(frozen=True)
 class DeckForm:
-    """The form in which a deck is written.
+    """The form of a deck.
 
     program    ``lsdyna``: *MAT_PLASTIC_KINEMATIC with all nine parameters; ``openradioss``: piecewise linear plasticity
-               with isotropic hardening and failure, with which both programs delete elements
+               with isotropic hardening and a failure strain, which both programs can run
     lengths    whether the deck represents the lengths of the study: `internal_length` by nonlocal failure, and
                `edge_spread` by a rounded edge
     pictures   whether states are written for animations
     """
 
-    program: DeckProgramName = "openradioss"
+    program: _DeckProgramName = "openradioss"
     lengths: bool = False
     pictures: bool = True
 
@@ -76,15 +76,15 @@ class DeckForm:
     def for_ls_dyna(self) -> bool:
         """Whether the cards of material, contact and strain rate are those of LS-DYNA.
 
-        The rate of plastic strain (VP = 1), as in the study, is used only for LS-DYNA, because OpenRadioss ignores the
-        rate with VP = 1 (``sigeps44.F``): a stem had 158.4 N with and 158.2 N without a rate effect, but 220 N with
-        VP = 0.
+        Only the LS-DYNA cards use the rate of plastic strain (VP = 1), as the study does. OpenRadioss ignores the rate
+        with VP = 1 (``sigeps44.F``): the peak force of a stem was 158.4 N, without a rate effect 158.2 N, but with
+        VP = 0 220 N.
         """
         return self.program == "lsdyna"
 
     @property
     def by_density(self) -> bool:
-        """Whether the density of the stem is increased, since OpenRadioss's nonlocal field diverges with added mass."""
+        """Whether the density of the stem is increased, because added nodal mass makes OpenRadioss's field diverge."""
         return self.lengths and not self.for_ls_dyna
 
 

@@ -20,7 +20,7 @@ from stemcal.storage.encodings import lenient
 from stemcal.storage.plain import open_plain
 
 FORCES = "rcforc"
-# Files in which LS-DYNA reports its termination, besides its standard output; MPP writes a file per process.
+# Files in which LS-DYNA reports its termination, in addition to its output; mes0000 is that of the first MPP process.
 _MESSAGES = ("messag", "mes0000", "d3hsp")
 _TAIL_BYTES, _MOST_BYTES = 20_000, 20_000_000
 # LS-DYNA prints " solid element     1911 failed at time  2.8203E-01" once for each deleted element.
@@ -32,7 +32,7 @@ _ROW = re.compile(
 
 
 def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer]) -> Answer:
-    """Run the deck in `folder`; return the answer, or a failed answer with the reason."""
+    """Run the deck in `folder`; return the answer of `peak`, or a failed answer with the reason."""
     return run_command(folder, options.command, options, spec_folder, {"deck": DECK}, partial(_read, folder, peak))
 
 
@@ -65,7 +65,7 @@ def force_in_rcforc(text: str) -> ContactForce:
 
 
 def failed_elements(folder: Path, printed: str) -> list[float]:
-    """Return the times (s) at which elements were deleted; an element that several files report counts once."""
+    """Return the times (s) at which elements were deleted; an element reported in several files counts once."""
     times: dict[int, float] = {}
     for text in (printed, *(tail(folder / name, _MOST_BYTES) for name in _MESSAGES)):
         times.update((int(number), required_number(time)) for number, time in _FAILED.findall(text))

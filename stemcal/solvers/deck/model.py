@@ -26,25 +26,25 @@ from stemcal.study.model.shear_test import GAP
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import PARAMETERS
 
-MOST_ELEMENTS = 2e6  # most elements in a deck, whose file then has several hundred megabytes
+_MOST_ELEMENTS = 2e6  # with this number of elements, the file of a deck has several hundred megabytes
 _BLADE_OVER_STEM = 1.5  # length of the blade in a deck, in stem diameters; its ends do not touch the stem
-# Distance of a rounded edge from the nearest row of nodes, in element sizes of the spec. With this position, the force
-# varies by ±5 %: the extremes are over a row and midway between two rows. At a quarter it is close to the mean, since
-# the rows under the edge are mostly 4 to 10 % shorter than the element size (`cutting.build`).
+# Distance of a rounded edge from the nearest row of nodes, in element sizes of the spec. The force depends on it by
+# ±5 %: it has its extremes over a row and midway between two rows. At a quarter it is close to the mean, since the
+# distance of the rows under the edge is mostly 4 to 10 % less than the element size (`cutting.build`).
 _NOSE_BESIDE = 0.25
 # Largest element size as a share of `edge_spread`. With larger elements, the rounded edge cuts at too large a force.
 _RESOLVED = 0.6
 # Names of the parameters in the material card of the stem, in the order of `PARAMETERS`.
 _FIELDS = ("ro", "e", "pr", "sigy", "etan", "beta", "c", "p", "fail")
 
-# Hourglass coefficient QH of type 4 in decks with coarse elements that fail locally.
+# Hourglass coefficient QH (type 4) in decks for solvers of kind `deck`, with coarse elements and local failure.
 HOURGLASS = 0.05
 # Numbers of the parts and of their materials.
 STEM, BLADE, SUPPORTS = 1, 2, 3
 
 
 @dataclass(frozen=True)
-class Parts:
+class _Parts:
     """The meshes of the whole stem, without symmetry, and of the tools."""
 
     stem: Mesh
@@ -63,10 +63,10 @@ class Deck:
 
     @classmethod
     def of(cls, study: Study, levels: Mapping[str, float], diameter: float, form: DeckForm | None = None) -> Deck:
-        """Return the deck in a form, by default the one for the solver of the study.
+        """Return the deck in a form, by default that for the solver of the study.
 
         Raises `UsageError` if a deck cannot represent the test: the solver does not simulate stems, the material is not
-        isotropic, the stem has one support, or the blade slides.
+        isotropic, the stem has only one support, or the blade slides.
         """
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             kind = study.solver.kind
@@ -111,7 +111,7 @@ class Deck:
 
     @cached_property
     def parameters(self) -> dict[str, float]:
-        """The nine parameters of the innermost layer, as specified in the study."""
+        """The nine material parameters of the innermost layer, with the values of the study."""
         return self.layers[STEM].along
 
     @property
@@ -143,7 +143,7 @@ class Deck:
 
     @property
     def nose(self) -> float:
-        """Radius of the edge in the deck, mm: the blade's, or the radius equivalent to the edge spread if larger."""
+        """Radius of the edge in the deck, mm: that of the blade, or a larger one that replaces the edge spread."""
         radius = self.study.blade.edge_radius
         return max(radius, equivalents.nose_radius(self.edge_spread)) if self.form.lengths else radius
 
@@ -157,11 +157,11 @@ class Deck:
 
     @property
     def edge_share(self) -> float:
-        """Factor on the contact stiffness p m/Δt² of the blade (penalty p, nodal mass m), for a sharp edge.
+        """Factor for the contact stiffness p m/Δt² of the blade (penalty p, nodal mass m); 1 for a rounded edge.
 
-        A sharp edge has four nodes per element. In the embedded solver, the stiffness of each is p M/Δt² with the mass
-        M = ¼ m/(1 + η²) at −1 < η < 1 of the width of a face, 1 + η² = 4 Σ N² for its shape functions N. The mean of
-        1/(1 + η²) is π/4. LS-DYNA uses this factor as it is, for OpenRadioss it is converted.
+        A sharp edge has four points per element face. In the embedded solver, each point has the stiffness p M/Δt² with
+        M = ¼ m/(1 + η²). η is its position across the face, −1 < η < 1, and 1 + η² = 4 Σ N² for the shape functions N.
+        The factor is ¼ · π/4, since the mean of 1/(1 + η²) is π/4. For OpenRadioss, it is converted.
         """
         if not self.is_sharp:
             return 1.0
@@ -173,12 +173,12 @@ class Deck:
 
     @property
     def nonlocal_length(self) -> float:
-        """Length in the program's card of nonlocal failure for the innermost layer, mm; 0 without a card."""
+        """Length in the nonlocal failure card of the innermost layer, mm, as the program defines it; 0 without card."""
         return self.nonlocal_lengths.get(STEM, 0.0)
 
     @property
     def nonlocal_lengths(self) -> dict[int, float]:
-        """Lengths in the program's cards of nonlocal failure, mm, by part; parts without a card are left out."""
+        """Lengths in the cards of nonlocal failure, mm, by part number; parts without a card are left out."""
         lengths = {part: layer.internal_length for part, layer in self.layers.items()} if self.form.lengths else {}
         program, size = self.form.program, self._element_size
         converted = {part: equivalents.nonlocal_length(mm, program, size) for part, mm in lengths.items()}
@@ -186,12 +186,12 @@ class Deck:
 
     @cached_property
     def density_factor(self) -> float:
-        """Factor on the density of the stem, since the nonlocal field of OpenRadioss diverges with added nodal mass."""
+        """Factor for the density of the stem, used instead of added nodal mass if `form.by_density`; otherwise 1."""
         return equivalents.density_factor(self.solver, self.parts.stem, self.fastest) if self.form.by_density else 1.0
 
     @cached_property
     def material(self) -> dict[str, float]:
-        """Values of the material card of the innermost layer, ``ro e pr sigy etan beta c p fail``, as written."""
+        """Values ``ro e pr sigy etan beta c p fail`` that the material card of the innermost layer contains."""
         return self.material_of(STEM)
 
     def material_of(self, part: int) -> dict[str, float]:
@@ -206,22 +206,22 @@ class Deck:
 
     @property
     def card(self) -> dict[str, float]:
-        """Values of the material card as the program uses them: the density of the study, and β = 1 in OpenRadioss."""
+        """The values of `material`, but with the density of the study and, for OpenRadioss, with β = 1."""
         isotropic = {} if self.form.for_ls_dyna else {"beta": 1.0}
         density = self.material["ro"] if self.density_factor == 1.0 else self.parameters["density"]
         return {**self.material, **isotropic, "ro": density}
 
     @cached_property
-    def parts(self) -> Parts:
+    def parts(self) -> _Parts:
         """Meshes of the stem, the blade and the supports."""
         study, diameter, stem, b = self.study, self.diameter, self._stem, self.study.blade
         blade = Blade(b.thickness, b.width, b.edge_angle, self.nose, b.bevel)
         how = _discretisation(self.solver, diameter)
         elements = mesh_size(stem, how).elements
-        if elements > MOST_ELEMENTS:
+        if elements > _MOST_ELEMENTS:
             raise UsageError(
                 f"the stem would have {elements:.3g} elements (element size {how.element_size:g} mm), more than the "
-                f"limit of {MOST_ELEMENTS:.0e}; increase `solver.element_size` or use a shorter specimen"
+                f"limit of {_MOST_ELEMENTS:.0e}; increase `solver.element_size` or use a shorter specimen"
             )
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + GAP, how.element_size
@@ -230,7 +230,7 @@ class Deck:
         edge = blade_mesh(blade, length, lowest, size, stroke, POINTS_PER_FACE if self.is_sharp else None)
         if not self.is_sharp:
             edge = edge.moved(edge.nodes + np.array([_NOSE_BESIDE * size, 0.0, 0.0]))
-        return Parts(stem_mesh(stem, how, rests_at), edge, supports_mesh(supports, stem, size))
+        return _Parts(stem_mesh(stem, how, rests_at), edge, supports_mesh(supports, stem, size))
 
     @cached_property
     def notes(self) -> list[str]:

@@ -21,7 +21,7 @@ HOME = "OPENRADIOSS_PATH"
 # Lines with the version in the output of the starter.
 _VERSION = re.compile(r"^[ \t]*(?:Commit ?ID|Date of build)[ \t]*:[ \t]*\S.*$", re.MULTILINE | re.IGNORECASE)
 _VERSION_S = 20.0  # time limit for printing the version
-# Beginnings of the program names. They end with platform, precision and parallel library; the shortest name is used.
+# Program names begin with these texts and end with platform, precision and parallel library; the shortest is used.
 _BEGINNINGS = {"starter": "starter_", "engine": "engine_", "th_to_csv": "th_to_csv"}
 _LIBRARIES = ("exec", "extlib/hm_reader/linux64", "extlib/h3d/lib/linux64")
 _DEFINITIONS = "hm_cfg_files"  # folder with the definitions of keywords, which the starter needs to read a deck
@@ -67,7 +67,7 @@ def installation(options: DeckSolver, folder: Path) -> _Installation:
     return _Installation(**programs, environment=environment)
 
 
-_LEAST_SECONDS = 2.0  # time limit of a program if the programs before it have used the whole time
+_LEAST_SECONDS = 2.0  # time limit of a program after the previous programs have used the whole time limit of the run
 
 
 def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer], deck: Deck) -> Answer:
@@ -91,12 +91,12 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
                 return answer
         return replace(answer, details={**answer.details, "program_version": _program_version(programs)})
     finally:
-        for path in folder.glob("run_*.rst"):  # the largest files, which are not needed any more
+        for path in folder.glob("run_*.rst"):  # restart files, which are the largest files and no longer needed
             path.unlink(missing_ok=True)
 
 
 def _program_version(programs: _Installation) -> str:
-    """Return commit and date of build as the starter prints them; empty if it prints neither."""
+    """Return the commit and build date that the starter prints; empty if it prints neither."""
     try:
         printed = run_program([programs.starter, "-version"], Path.cwd(), programs.environment, _VERSION_S).output
     except OSError:

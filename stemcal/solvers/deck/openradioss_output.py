@@ -19,7 +19,7 @@ from stemcal.solvers.protocol import Answer
 from stemcal.solvers.readers import NUMBER, read_text, required_number
 from stemcal.storage.atomic import write_atomic
 
-# Patterns match within a line and read no character twice, so that a large listing takes linear time.
+# These patterns do not backtrack over long texts, so that the time to search a listing is proportional to its length.
 _ERROR = re.compile(r"^ERROR ID :.*(?:\n(?!ERROR ID :|[ \t]*\.\.).*\S.*){0,6}", re.MULTILINE)
 _VALUE = re.compile(rf"=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
 _FAILURE = re.compile(rf"^[ \t]+FIRST[ \t]+FAILURE PARAMETER \(D1\)[ \t.]*=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
@@ -31,7 +31,7 @@ _CLOSE = 2e-4  # relative tolerance of echoed values, some of which have only fo
 
 def engine_ran(folder: Path, finished: ProgramRun) -> Answer:
     """Raise `SimulationFailed` unless the engine has terminated normally."""
-    printed = f"{text_left(folder, writer.ENGINE_LISTING)}\n{finished.output}"
+    printed = f"{_text_left(folder, writer.ENGINE_LISTING)}\n{finished.output}"
     if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", printed):
         message = f"the engine did not find {missing[1]}, the restart file that the starter should have written"
         raise SimulationFailed("no_restart", message)
@@ -51,14 +51,14 @@ def table_made(folder: Path, peak: Callable[..., Answer], finished: ProgramRun) 
         because = "" if (folder / writer.HISTORY).is_file() else f": the engine wrote no {writer.HISTORY}"
         raise SimulationFailed("no_history", f"th_to_csv exited with code {finished.code} and wrote no table{because}")
     contact = force_in_histories(read_text(folder, writer.TABLE))
-    deleted = deleted_elements(read_text(folder, writer.ENGINE_LISTING), text_left(folder, OUTPUT))
-    warnings = [] if deletes_elements(text_left(folder, writer.STARTER_LISTING)) else [nothing_deleted()]
+    deleted = deleted_elements(read_text(folder, writer.ENGINE_LISTING), _text_left(folder, OUTPUT))
+    warnings = [] if deletes_elements(_text_left(folder, writer.STARTER_LISTING)) else [nothing_deleted()]
     return peak(contact, failed=deleted, warnings=warnings)
 
 
 def starter_ran(folder: Path, deck: Deck, finished: ProgramRun) -> Answer:
     """Raise `SimulationFailed` unless the starter has read the deck correctly; then write the engine's input."""
-    listing = text_left(folder, writer.STARTER_LISTING)
+    listing = _text_left(folder, writer.STARTER_LISTING)
     if errors := starter_errors(listing) or starter_errors(finished.output):
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         raise SimulationFailed("starter_error", f"the starter rejected the deck: {errors[0]}{more}")
@@ -66,12 +66,12 @@ def starter_ran(folder: Path, deck: Deck, finished: ProgramRun) -> Answer:
     if unread := values_not_read(listing, deck.material, deck.nonlocal_length):
         message = f"the starter did not read these values from the deck: {', '.join(unread)}"
         raise SimulationFailed("not_as_written", message)
-    leave_engine_input(folder, writer.engine_text(deck, "run") if deck.nonlocal_lengths else None)
+    write_engine_input(folder, writer.engine_text(deck, "run") if deck.nonlocal_lengths else None)
     return Answer("ok")
 
 
-def leave_engine_input(folder: Path, text: str | None) -> None:
-    """Write the engine input, by default from the starter's file, with the run name of stemcal and with titles."""
+def write_engine_input(folder: Path, text: str | None) -> None:
+    """Write the engine input `text` (None: the starter's file), with the run name `run` and titles of histories."""
     if (folder / writer.ENGINE_INPUT).is_symlink():
         message = f"{writer.ENGINE_INPUT} is a symbolic link, and stemcal writes only to regular files"
         raise SimulationFailed("no_engine_input", message)
@@ -79,7 +79,7 @@ def leave_engine_input(folder: Path, text: str | None) -> None:
         engine = read_text(folder, writer.ENGINE_INPUT) if text is None else text
     except SimulationFailed as missing:
         raise SimulationFailed("no_engine_input", f"the starter wrote no {writer.ENGINE_INPUT}: {missing}") from None
-    # the starter names the run after the whole name of the deck, runk, but its restart file after run
+    # the starter names the run `runk` (file name run.k without the dot), but the restart file `run`
     engine = re.sub(r"^/RUN/[^/\r\n]+/", "/RUN/run/", engine, flags=re.MULTILINE)
     if writer.TITLES not in engine:
         engine = f"{engine.rstrip()}\n{writer.TITLES}\n"
@@ -89,8 +89,8 @@ def leave_engine_input(folder: Path, text: str | None) -> None:
 def values_not_read(listing: str, written: Mapping[str, float], nonlocal_length: float = 0.0) -> list[str]:
     """Return the values of the material card that the listing of the starter does not contain.
 
-    The starter ignores, without an error, keywords and fields that it does not support. `written` contains the values
-    ``ro e pr sigy etan fail c p`` of the card; the length of nonlocal failure is in mm, 0 without a card.
+    The starter ignores keywords and fields that it does not support, without an error. `written` contains the values
+    ``ro e pr sigy etan fail c p`` of the card. `nonlocal_length` is in mm, and 0 for local failure.
     """
     e, tangent = written["e"], written["etan"]
     values = {"density": written["ro"], "elastic modulus": e, "Poisson's ratio": written["pr"]}
@@ -106,12 +106,12 @@ def values_not_read(listing: str, written: Mapping[str, float], nonlocal_length:
 
 
 def deletes_elements(listing: str) -> bool:
-    """Check whether the listing of the starter contains a failure criterion, by which elements are deleted."""
+    """Check whether the listing of the starter contains a failure criterion, so that the engine deletes elements."""
     return _FAILURE.search(listing) is not None
 
 
 def deleted_elements(listing: str, printed: str) -> list[float]:
-    """Return the times (s) at which elements were deleted: the printed ones, else the cycles before in the listing."""
+    """Return the times (s) at which elements were deleted: as printed, or of the previous cycle in the listing."""
     times: dict[int, float] = {}
     now = 0.0
     for line in listing.splitlines():
@@ -168,8 +168,8 @@ def starter_errors(text: str) -> list[str]:
     return [" ".join(match[0].split())[:300] for match in _ERROR.finditer(text.replace("\r\n", "\n"))]
 
 
-def text_left(folder: Path, name: str) -> str:
-    """Return a text file of the run; empty if there is none."""
+def _text_left(folder: Path, name: str) -> str:
+    """Return the content of a text file of the run; empty if there is no such file."""
     try:
         return read_text(folder, name)
     except SimulationFailed:

@@ -45,8 +45,8 @@ def peak_answer(
 ) -> Answer:
     """Return the peak of the filtered force before the first fracture, as the embedded solver reports it.
 
-    `failed` contains the time (s) at which each element was deleted. Without deleted elements there is no fracture, and
-    the peak is that of the whole stroke. The filtered force before the fracture is scored on the measured `modes`.
+    `failed` contains the times (s) at which elements were deleted. Without deleted elements there is no fracture, and
+    the peak is that of the whole stroke. With measured curve `modes`, the answer also contains the scores of the curve.
     """
     time, force = contact.time, contact.force
     filtered = moving_mean(force, max(1, round(options.filter_window / float(np.median(np.diff(time))))))

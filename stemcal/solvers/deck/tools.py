@@ -14,9 +14,9 @@ _HALF = 2
 _AROUND = 4
 # Length of the facets of a rounded edge, in units of the element size of the stem.
 _FACET = 0.5
-# Height of the V of a sharp edge, in units of the blade thickness; the edge penetrates less into the stem.
+# Height of the V of a sharp edge, in units of the blade thickness. The contact penetration is smaller.
 _VEE = 0.15
-# Distances to which the supports extend beyond the ends of the stem and below it, mm.
+# Lengths of the supports beyond the ends of the stem and below their rounding, mm.
 _BEYOND, _BELOW = 5.0, 10.0
 
 
@@ -25,8 +25,8 @@ def blade_mesh(
 ) -> Mesh:
     """Return the mesh of a blade with its edge along y and its lowest line at z = `lowest`, with elements of `size` mm.
 
-    With `samples`, the edge is a line with this number of nodes per element, placed about y = 0 as in the embedded
-    solver. The part of the blade that the stem cannot touch within the stroke is one element high.
+    With `samples`, the edge is a line with this number of nodes per element, symmetric about y = 0 as in the embedded
+    solver. The upper part of the blade, which does not reach the stem within the stroke, is one element high.
     """
     section = _blade_section(blade, size, stroke, samples is not None)
     section[..., 1] += lowest
@@ -47,7 +47,7 @@ def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
     flat = _even(near + r, far, size)[1:]
     upper = np.concatenate([rounding, np.stack([flat, np.full(flat.size, top)], axis=-1)])
     lower = np.stack([upper[:, 0], np.full(len(upper), top - r - _BELOW)], axis=-1)
-    right = np.stack([lower, upper])  # its nodes (2, columns, 2): the rounded top above the flat bottom
+    right = np.stack([lower, upper])  # (2, columns, 2): nodes x, z of the flat bottom and of the rounded top
     left = right * (-1.0, 1.0)
     half = 0.5 * stem.outer_diameter
     return _drawn_out([right, left], _even(-half, half, size))
@@ -56,9 +56,9 @@ def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
 def _blade_section(blade: Blade, size: float, stroke: float | None = None, line: bool = False) -> Array:
     """Return the nodes (rows, columns, 2) of the cross-section of the blade in x and z, with the edge at z = 0.
 
-    The first row follows the rounded edge and then the flanks, up to the body of the blade. A body that is thinner than
-    the rounding is widened. The elements are `size` long. With `line`, the first row is a V: a sharp edge is a single
-    node, because other nodes close to it would also contact the stem at a depth of some hundredths of a millimetre.
+    The first row follows the edge; the rows above it are horizontal, from one flank of the blade to the other. A body
+    that is thinner than the rounding is widened. The elements are `size` long. With `line`, the edge is sharp: the
+    first row is a V with one node at the edge. More nodes near it would also touch the stem.
     """
     r, t = blade.edge_radius, blade.thickness
     both = blade.bevel == "both"
@@ -118,7 +118,7 @@ def _one_drawn_out(section: Array, y: Array) -> tuple[Array, NDArray[np.int64]]:
     nodes = np.concatenate([np.insert(flat, 1, value, axis=1) for value in y])
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1)
     quads = np.stack([corner, corner + 1, corner + columns + 1, corner + columns], axis=-1)
-    # x, z, −y is right-handed: the second face of an element from a counter-clockwise quad is at smaller y
+    # x, z, −y are right-handed: with a counter-clockwise quad, the second face of an element must be at smaller y
     here, after = flat[quads], np.roll(flat[quads], -1, axis=1)
     turning_left = np.sum(here[..., 0] * after[..., 1] - here[..., 1] * after[..., 0]) > 0.0  # twice the area
     quads = quads if turning_left else quads[:, ::-1]

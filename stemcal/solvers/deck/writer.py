@@ -23,8 +23,8 @@ STARTER_INPUT = "run_0000.rad"  # includes the deck and adds nonlocal failure
 TITLES = "/TH/TITLE"  # titles of the time histories, by which th_to_csv converts impulses to forces
 
 _STEEL_DENSITY = 7.8e-09  # density of blade and supports (Table 2 of the published study), t/mm³
-# Tools made of the stem's material: their density in units of the stem's; a yield stress and a failure strain that are
-# never reached.
+# Tools with the law of the stem: density in units of the stem's density; yield stress (MPa) and failure strain, which
+# are never reached.
 _HEAVY, _NEVER = 100.0, 1e6
 _NO_PLANE_MOTION, _NO_TRANSLATION, _NO_ROTATION = 4, 7, 7
 _ALONG_Z, _VELOCITY, _CURVE = 3, 0, 1
@@ -41,12 +41,12 @@ def _deck_lines(deck: Deck) -> Iterator[str]:
     for part in deck.layers:
         yield from stem_material(deck.material_of(part), deck.form, part)
     for part, mm in deck.nonlocal_lengths.items() if deck.form.for_ls_dyna else ():
-        # the increments of plastic strain are averaged over the part, with the usual exponents of LS-DYNA
+        # average of the plastic strain increments over the part, with the default exponents p and q of LS-DYNA
         length = float(fitted(mm, 10))
         weight = {"idnl": part, "pid": part, "p": 8.0, "q": 2.0, "l": length, "nfreq": 100, "nhv": 1, "nhvt": 0}
         yield from keyword("MAT_NONLOCAL", weight, {"nl1": 1})
     # OpenRadioss uses nonlocal failure only if the first group of elements has it (``sforc3.F``). Groups are sorted by
-    # the number of their law, and that of rigid bodies would be first. So the tools have the law of the stem.
+    # their law number, and rigid bodies would be first. Therefore the tools have the law of the stem.
     held = deck.form.by_density
     yield from _held_tools(deck) if held else _tool_materials(deck.law)
     yield from _part_cards(deck, STEM if held else BLADE)
@@ -73,7 +73,7 @@ def _control(deck: Deck) -> Iterator[str]:
     yield from keyword("CONTROL_TIMESTEP", limits)
     yield from keyword("CONTROL_HOURGLASS", {"ihq": 4, "qh": getattr(solver, "hourglass", HOURGLASS)})
     yield from keyword("CONTROL_ENERGY", {"hgen": 2, "rwen": 2, "slnten": 2, "rylen": 1})
-    # with slsfac = 1, only the factors of the contacts count, as in OpenRadioss, which does not read slsfac
+    # slsfac = 1, so that only the factors of each contact apply, as in OpenRadioss, which does not read slsfac
     checks = dict.fromkeys(("rwpnal", "islchk", "shlthk", "penopt", "thkchg", "orien", "enmass"), 0)
     yield from keyword("CONTROL_CONTACT", {"slsfac": 1.0, **checks})
     interval = deck.study.loading.duration_at(deck.diameter) / deck.solver.outputs
@@ -99,7 +99,7 @@ def stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) 
 
 
 def _tool_materials(law: Material) -> Iterator[str]:
-    """Yield the rigid materials of blade and supports; they have the moduli of the stem, which affect only contact."""
+    """Yield the rigid materials of blade and supports. Their moduli, those of the stem, affect only the contact."""
     moduli = {"e": law.elastic_modulus, "pr": law.poisson_ratio}
     for part, held in ((BLADE, _NO_PLANE_MOTION), (SUPPORTS, _NO_TRANSLATION)):
         tool = {"mid": part, "ro": _STEEL_DENSITY, **moduli, "n": 0.0, "couple": 0.0, "m": 0.0}
@@ -109,7 +109,7 @@ def _tool_materials(law: Material) -> Iterator[str]:
 
 
 def _held_tools(deck: Deck) -> Iterator[str]:
-    """Yield elastic tools: with the law of the stem, and so heavy that they do not reduce the time step."""
+    """Yield elastic tools with the law of the stem, which are so heavy that they do not reduce the time step."""
     law, parts = deck.law, deck.parts
     value = {**deck.material, "ro": _HEAVY * deck.material["ro"], "sigy": _NEVER, "etan": 0.0, "c": 0.0, "fail": _NEVER}
     first = 1 + len(parts.stem.nodes)
@@ -133,7 +133,7 @@ def _part_cards(deck: Deck, tools: int) -> Iterator[str]:
 
 
 def _motion(deck: Deck, of: str) -> Iterator[str]:
-    """Yield the constant speed of the blade, as −1 times a curve, whose columns are wide enough for all digits."""
+    """Yield the blade speed as −1 times a constant curve, whose columns are wide enough for all digits."""
     motion = {"pid" if of == "RIGID" else "nsid": BLADE, "dof": _ALONG_Z, "vad": _VELOCITY, "lcid": _CURVE, "sf": -1.0}
     yield from keyword(f"BOUNDARY_PRESCRIBED_MOTION_{of}", motion)
     yield from keyword("DEFINE_CURVE", {"lcid": _CURVE})
@@ -179,6 +179,6 @@ def engine_text(deck: Deck, run: str) -> str:
 
 
 def material_text(deck: Deck, comments: Iterable[str]) -> str:
-    """Return an include file with the material card of the stem below wrapped comments."""
+    """Return an include file: comments, wrapped to 78 columns, and the material card of the stem."""
     wrapped = [wrap(text, 78, initial_indent="$ ", subsequent_indent="$   ") for text in comments]
     return "\n".join(["*KEYWORD", *chain.from_iterable(wrapped), *stem_material(deck.material, deck.form), "*END", ""])
