@@ -16,12 +16,12 @@ from stemcal.fem.model import Model
 from stemcal.fem.parting import doubled
 from stemcal.fem.tools import Tool
 
-# The elements nearest to the edge, this share of the elements on each side, are as long as the elements under it.
-EVEN_SHARE = 0.3
-# Number of elements through a layer: a single element with its central integration point has no bending stiffness. With
-# 1, 3 and 5 through a skin of d/16, the cutting force was 89.8, 124.9 and 127.0 N.
-FEWEST_IN_LAYER = 3
-# Number of elements around half a section: fewer cannot surround the core of a solid stem.
+# On each side, this share of the elements, those nearest to the edge, are as long as the elements under the edge.
+_EVEN_SHARE = 0.3
+# Minimum number of elements through a layer: a single one with a central integration point has no bending stiffness.
+# With 1, 3 and 5 elements through a skin of d/16, the cutting force was 89.8, 124.9 and 127.0 N.
+_FEWEST_IN_LAYER = 3
+# Minimum number of elements around half a section: fewer cannot surround the core of a solid stem.
 _FEWEST_AROUND = 4
 # Extent of the supports outwards and down, mm: larger than any possible motion of the stem.
 _FAR = 200.0
@@ -52,14 +52,14 @@ def stem_mesh(
     layers: Array | None = None,
     parts: bool = False,
 ) -> Mesh:
-    """Return the mesh of the stem, or of the part that is modelled with mirror planes, on which there are nodes.
+    """Return the mesh of the stem, or of the half or quarter that is modelled; mirror planes pass through nodes.
 
     rests_at: Distance from the blade (mm) at which a layer of nodes is placed on either side. Nodes rest on a support,
         so without this layer the span would be the distance between the layers next to the supports.
     widths: Relative widths of the elements around half the stem, from the bottom to the top; by default from `how`.
     layers: x of the layers of nodes along the stem, mm; by default from `how`.
-    parts: Whether the stem parts on the plane under the edge. A layer of nodes is then placed there; in a model of both
-        sides, two layers with elements of zero length between them (see `fem.parting.doubled`).
+    parts: Whether the stem parts on the plane under the edge. A layer of nodes is then placed there. In a model of both
+        sides these are two layers with elements of zero length between them (see `fem.parting.doubled`).
     """
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
     if widths is None:  # the edge is above the top of the stem, where the elements are narrowest
@@ -98,12 +98,12 @@ def through_wall(stem: Stem, how: Discretisation) -> int:
 
 
 def through_layers(stem: Stem, how: Discretisation) -> tuple[int, ...]:
-    """Return the number of elements through each layer, from the inside; interfaces of layers have nodes.
+    """Return the number of elements through each layer, from the inside; nodes are on the interfaces of layers.
 
-    In a solid stem, the elements of the innermost layer are rings around a core with half the radius of the layer.
+    In a solid stem, the innermost layer has rings of elements around a core with half the radius of the layer.
     """
     radii, wall = stem.radii, 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio)
-    fewest = FEWEST_IN_LAYER if stem.layers else 1
+    fewest = _FEWEST_IN_LAYER if stem.layers else 1
     counts = []
     for low, high in pairwise(radii):
         share = 1.0 - SQUARE if low == 0.0 else 1.0
@@ -124,7 +124,7 @@ def _pairs_along(length: float, how: Discretisation) -> int:
 
 
 def _mean_length(how: Discretisation) -> float:
-    return 1.0 + (1.0 - EVEN_SHARE) * 0.5 * (how.coarsening - 1.0)
+    return 1.0 + (1.0 - _EVEN_SHARE) * 0.5 * (how.coarsening - 1.0)
 
 
 def _layers(length: float, how: Discretisation) -> Array:
@@ -141,11 +141,11 @@ def _layers(length: float, how: Discretisation) -> Array:
 def _outwards(length: float, how: Discretisation) -> Array:
     """Return x of the layers of nodes to the right of the middle (mm), for elements that become longer outwards.
 
-    Half the length of a row of elements under the edge is on either side.
+    If the edge is over a row of elements, half the length of this row is on either side of the middle.
     """
     odd = 1 if how.edge_over == "elements" else 0
     outwards = np.linspace(0.0, 1.0, _pairs_along(length, how) + odd)
-    sizes = np.interp(outwards, (EVEN_SHARE, 1.0), (1.0, how.coarsening))
+    sizes = np.interp(outwards, (_EVEN_SHARE, 1.0), (1.0, how.coarsening))
     sizes[0] *= 1.0 - 0.5 * odd
     return np.asarray(0.5 * length * np.cumsum(sizes) / np.sum(sizes))
 
@@ -153,8 +153,8 @@ def _outwards(length: float, how: Discretisation) -> Array:
 def _supported(layers: Array, rests_at: float, sides: tuple[float, ...] = (1.0, -1.0)) -> Array:
     """Move the layer of nodes that is nearest to the distance `rests_at` to this distance, on each of `sides`.
 
-    Layers from half that distance to the end of the stem move in proportion. Nothing moves if a single element reaches
-    that far, or if the stem is too short.
+    Layers from half that distance to the end of the stem move in proportion. Nothing moves if the nearest layer is not
+    between these limits, or if the stem is too short.
     """
     moved, middle = layers.copy(), 0.5 * rests_at
     for side in sides:
@@ -167,7 +167,7 @@ def _supported(layers: Array, rests_at: float, sides: tuple[float, ...] = (1.0, 
 
 
 def crowns(mesh: Mesh) -> Array:
-    """Return (E, 6) the height (mm) of the true round surface over the middle of each face; 0 for other faces."""
+    """Return the height of the true round surface over the middle of each face (E, 6), mm; 0 for other faces."""
     corners = mesh.nodes[mesh.hexes[:, FACES], 1:]
     radius = np.linalg.norm(corners, axis=3)
     round_ = np.ptp(radius, axis=2) < 1e-9
@@ -175,7 +175,7 @@ def crowns(mesh: Mesh) -> Array:
 
 
 def _layers_of(test: ShearTest) -> Array:
-    """Return x of the layers of nodes, mm, with a layer where the stem rests on a block; a clamp is at the left end."""
+    """Return x of the layers of nodes, mm, with a layer where the stem rests on a block; a clamp is at the first."""
     how, supports, height = test.discretisation, test.supports, test.supports.height
     if supports.kind == "span":
         return _supported(_layers(test.stem.length, how), 0.5 * supports.clearance + supports.fillet_radius)

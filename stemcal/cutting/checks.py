@@ -7,8 +7,7 @@ MOST_INERTIA = 5.0
 MOST_HOURGLASS = 10.0
 MOST_DRIFT = 2.0
 MOST_KINETIC = 20.0
-# Deviation of a compressed section from a uniform widening, as a percentage of its widening; up to 2 for a straight
-# piece.
+# Deviation of a compressed section from a uniform widening, in % of the widening; at most 2 without buckling.
 MOST_BUCKLING = 5.0
 # Added mass, percent, below which inertia is a property of the real stem and not an error of the model.
 NEGLIGIBLE_MASS = 1.0

@@ -8,7 +8,7 @@ from stemcal.fem.mesh import Mesh
 
 
 def mirrors(mesh: Mesh, symmetry: Symmetry) -> Mask:
-    """Return (N, 3) the velocity components fixed by mirror planes: x on x = 0 (quarter), y on y = 0 (also half)."""
+    """Return the velocity components (N, 3) that mirror planes fix: x on x = 0 (quarter), y on y = 0 (also half)."""
     held = np.zeros(mesh.nodes.shape, dtype=bool)
     if symmetry == "quarter":
         held[:, 0] = np.abs(mesh.nodes[:, 0]) < 1e-9
@@ -18,7 +18,7 @@ def mirrors(mesh: Mesh, symmetry: Symmetry) -> Mask:
 
 
 def held_components(mesh: Mesh, test: ShearTest) -> Mask:
-    """Return (N, 3) the velocity components fixed by the mirror planes and the clamp."""
+    """Return the velocity components (N, 3) that the mirror planes and the clamp fix."""
     held, x = mirrors(mesh, test.discretisation.symmetry), mesh.nodes[:, 0]
     if test.supports.kind != "span":
         held[x < x.min() + 1e-9] = True

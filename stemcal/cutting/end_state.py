@@ -15,7 +15,7 @@ from stemcal.arrays import Array, Ints, Mask
 from stemcal.fem.model import Model
 from stemcal.fem.stepper import History
 
-LARGEST = 40_000  # largest number of nodes; a finer body is not kept in records
+LARGEST = 40_000  # a body with more nodes is not kept in records
 # Arrays of a shape: type in the record, number of columns (0 for a vector), type in memory.
 _ARRAYS: dict[str, tuple[str, int, type]] = {
     "reference": ("<f4", 3, float), "nodes": ("<f4", 3, float), "hexes": ("<i4", 8, np.int32),
@@ -67,13 +67,13 @@ def shape_of(model: Model, history: History, symmetry: str) -> Shape:
         hexes=model.mesh.hexes,
         standing=history.standing,
         plastic_strain=history.row("PLASTIC_STRAIN"),
-        tools=tuple(swollen(np.array(tool.corners), tool.radius) + np.array([0.0, z]) for tool, z in heights),
+        tools=tuple(_offset(np.array(tool.corners), tool.radius) + np.array([0.0, z]) for tool, z in heights),
         symmetry=symmetry,
     )
 
 
-def swollen(corners: Array, radius: float) -> Array:
-    """Return the outline (65, 2) of a convex polygon (K, 2) offset by a radius: its farthest point in 64 directions."""
+def _offset(corners: Array, radius: float) -> Array:
+    """Return a convex polygon (K, 2) offset outwards by a radius, as the farthest points in 64 directions (65, 2)."""
     angles = np.linspace(0.0, 2.0 * np.pi, 65)
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     farthest = corners[np.argmax(directions @ corners.T, axis=1)]

@@ -14,8 +14,8 @@ from stemcal.fem.tools import Contact
 class Blade:
     """A wedge: thickness and width (height) of its body in mm, included edge angle in degrees, edge radius in mm.
 
-    `edge_spread` is the distance from its profile within which the edge acts on the surface next to it, mm; with 0 the
-    edge acts along a line. `bevel`: with ``both`` the flanks are symmetric, with ``one`` one flank is vertical.
+    `edge_spread` is the distance from the blade's profile within which the edge acts on the surface of the stem, mm;
+    with 0 the edge acts along a line. With the `bevel` ``both`` the flanks are symmetric, with ``one`` one is vertical.
     """
 
     thickness: float = 2.3
@@ -49,7 +49,7 @@ def rate_filter(diameter: float, speed: float) -> float:
 
 @dataclass(frozen=True)
 class Stem:
-    """A hollow cylinder; lengths in mm. `layers` are the thicknesses of all layers but the innermost, from outside."""
+    """A hollow cylinder (mm; ratio inner/outer); `layers`: thicknesses of all but the innermost, from outside."""
 
     outer_diameter: float = 8.0
     diameter_ratio: float = 0.41

@@ -110,7 +110,7 @@ class CuttingResult:
 
 
 def force_history(loading: Loading, how: Discretisation, history: History, scale: float) -> ForceHistory:
-    """Return the curves of the whole stem: the solver's sums times `scale`, the force also filtered.
+    """Return the curves of the whole stem: sums of the solver times `scale`, and the force also filtered.
 
     The force is the force on the first tool. In a model without tools, it is the work done on the driven ends in an
     interval, divided by the travel in this interval.
@@ -186,7 +186,7 @@ def short_stroke(travel: Array, force: Array, broken: int | None) -> list[Note]:
 
 
 class BreakWatch:
-    """Detects the first fracture during a test, with `break_row` on the outputs whose moving mean is final.
+    """Detects the first fracture during a test: `break_row` of the outputs whose moving mean cannot change any more.
 
     `drop` is as in `break_row`; `window` is the number of outputs in the moving mean.
     """
@@ -259,7 +259,7 @@ def evaluate(
 
 
 def _of_curve(curve: ForceHistory, peak: int, broken: int | None, rate: float, material: Material) -> list[Note]:
-    """Return warnings of a strain `rate` (1/s) above C of the rate law, and of a larger force after the break."""
+    """Return a warning if the strain `rate` (1/s) exceeds C of the rate law, and one for a later, higher force."""
     notes, c, before = list[Note](), material.strain_rate_c, float(curve.force_filtered[peak])
     if material.rate_law == "paper" and 0.0 < c < rate:
         notes.append(checks.rate_above_law(rate, c, 1.0 + (rate / c) ** material.strain_rate_p))

@@ -1,4 +1,4 @@
-"""Detects that a stem is in two parts: its ends are no longer connected by elements and unparted twin nodes."""
+"""Detect that a stem is in two parts: elements and unparted twin nodes no longer connect its ends."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -13,7 +13,7 @@ _CUT = 0.5
 
 
 class Severing:
-    """Observes a simulation at its outputs; `time` is when the stem was first in two parts (s), None until then.
+    """Callable for `simulate(inspect=…)`; `time` (s) is when the stem is first in two parts, None until then.
 
     `holding` is the share of the nodes of the cut plane that have not parted, `aside` the mean distance by which the
     blade has moved these down (mm), `elsewhere` the mean initial distance of deleted elements from the plane (mm).
@@ -46,7 +46,7 @@ class Severing:
         return self.time is not None and self.holding < _CUT
 
     def _apart(self, state: State) -> bool:
-        """Check that the ends are not connected; the left end of a quarter model is the unparted mirror plane."""
+        """Check that the ends are not connected; a quarter model has unparted mirror nodes as its left end."""
         cut, standing = state.spread.cut, state.topology.hexes[state.topology.standing]
         unparted, doubled = ~cut.parted, len(cut.twins) > 0
         left, twins = (self._ends[0], cut.twins[unparted]) if doubled else (cut.nodes[unparted], cut.twins)

@@ -12,12 +12,12 @@ from stemcal.notes import Note
 
 # The force of a whole cut is averaged over a travel of this share of the diameter: the cut front moves from node to
 # node, and the variation of the force within one element depends on the mesh.
-MEAN_TRAVEL = 0.05
+_MEAN_TRAVEL = 0.05
 
 
 def mean_over_travel(test: ShearTest) -> Discretisation:
-    """Return the discretisation whose filter covers `MEAN_TRAVEL`, or the spec's window if that is wider."""
-    how, over = test.discretisation, MEAN_TRAVEL * test.stem.outer_diameter / test.loading.speed
+    """Return the discretisation with a filter window of at least `_MEAN_TRAVEL` of the diameter."""
+    how, over = test.discretisation, _MEAN_TRAVEL * test.stem.outer_diameter / test.loading.speed
     return replace(how, filter_window=max(how.filter_window, over))
 
 

@@ -34,7 +34,7 @@ class Lanes:
 
     slots: Block · `LANES` + lane of each element (E,).
     runs: First node of each run of corners (blocks, 8, runs of a block).
-    targets: First row of the nodal forces for each run: its first node, or a separate row.
+    targets: First row of the nodal forces for each run, shaped as `runs`: that of its first node, or a separate row.
     late: Node of each separate row; these rows follow the N + `RUN` rows of the nodes.
     ends: Part p has the blocks ends[p]…ends[p+1]−1.
     """
@@ -57,7 +57,7 @@ class Lanes:
 
 
 def lay_out(hexes: Ints, nodes: int, materials: NDArray[np.int_] | None = None) -> Lanes:
-    """Return the layout of elements (E, 8) with materials (E,), on a number of nodes."""
+    """Return the layout of the elements with corners `hexes` (E, 8) and materials (E,); `nodes`: number of nodes."""
     slots, heads = _slots(hexes, np.zeros(len(hexes), dtype=int) if materials is None else materials)
     count = -(-(slots[-1] + 1) // LANES) * LANES
     # the first node of a run is the node of its first lane, even if this lane is empty
@@ -81,7 +81,7 @@ def _slots(hexes: Ints, materials: NDArray[np.int_]) -> tuple[Ints, NDArray[np.i
     last = np.concatenate([begins[1:], [len(hexes)]]) - 1
     lengths = -(-(within[last] + 1) // RUN) * RUN
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
-    for first in 1 + row[:-1][changes]:  # rows of runs that begin another material
+    for first in 1 + row[:-1][changes]:  # chains at which the material changes begin a new block
         starts[first:] += -starts[first] % LANES
     return (starts[row] + within).astype(np.int32), heads
 
@@ -103,12 +103,12 @@ def _targets(runs: Ints, ends: NDArray[np.int_], nodes: int) -> tuple[Ints, Ints
 
 
 def nodal(values: Array) -> Array:
-    """Return a copy of values per node (N, 3) stored component by component."""
+    """Return a copy of values per node (N, 3) whose memory is ordered by component, then by node."""
     copy: Array = nodal_zeros(len(values), np.dtype(float))
     copy[:] = values
     return copy
 
 
 def nodal_zeros(count: int, kind: np.dtype[Any]) -> Any:
-    """Return zeros (`count`, 3) stored component by component; a run may reach `RUN` numbers past the last one."""
+    """Return zeros (`count`, 3) ordered by component in memory, with `RUN` spare numbers behind the last one."""
     return np.zeros(3 * count + RUN, dtype=kind)[: 3 * count].reshape((count, 3), order="F")

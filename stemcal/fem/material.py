@@ -15,11 +15,11 @@ from stemcal.fem.kernels.plasticity import MaterialNumbers
 RateLaw = Literal["paper", "cowper_symonds"]
 
 # Exponent of ε̇/C in each rate law, as a function of its parameter P.
-RATE_EXPONENTS = {"paper": lambda p: p, "cowper_symonds": lambda p: 1.0 / p}
+_RATE_EXPONENTS = {"paper": lambda p: p, "cowper_symonds": lambda p: 1.0 / p}
 
 # Stiffness a of each hourglass pattern Γ = ±1 of the corners, as a share of (λ+2μ) V^⅓ at coefficient 1. OpenRadioss
-# interprets the coefficient of LS-DYNA's types 4 and 5 in this way (routine s_hg5). At 0.55, a cube has its own bending
-# stiffness.
+# interprets the coefficient of LS-DYNA's types 4 and 5 in this way (routine s_hg5). At coefficient 0.55, the bending
+# stiffness of a cube with ν = 0 is exact.
 HOURGLASS_SHARE = 0.038
 
 # Yield stress of a material that never yields, MPa, finite also in single precision.
@@ -80,7 +80,7 @@ class Material:
 
     @property
     def own_failure_strain(self) -> float:
-        """Plastic strain at which a single element fails; infinite with an internal length, where an average counts."""
+        """Plastic strain at which an element fails by its own strain; infinite if a mean strain decides instead."""
         return inf if self.internal_length > 0.0 else self.failure_strain
 
     @property
@@ -100,7 +100,7 @@ class Material:
 
     @property
     def p_wave_modulus(self) -> float:
-        """λ + 2μ = K + 4/3 G, MPa; with an axis, the modulus C_TT of waves across it."""
+        """P-wave modulus λ + 2μ = K + 4/3 G, MPa; if transversely isotropic, C_TT of waves across the axis."""
         if self.transverse is not None:
             return self._moduli[1]
         return self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus
@@ -138,7 +138,7 @@ class Material:
             "plastic_modulus": self.plastic_modulus,
             "beta": float(self.hardening_parameter),
             "rate_c": float(self.strain_rate_c),
-            "rate_exponent": RATE_EXPONENTS[self.rate_law](float(self.strain_rate_p)),
+            "rate_exponent": _RATE_EXPONENTS[self.rate_law](float(self.strain_rate_p)),
             "rate_filter": self.rate_filter,
             "density": density,
             "sound_speed": sqrt(self.p_wave_modulus / density),
@@ -148,7 +148,7 @@ class Material:
 
     @property
     def _across(self) -> Transverse:
-        """The properties across the axis; for a material without an axis, its isotropic properties."""
+        """Properties across the axis; for an isotropic material, its isotropic properties."""
         if self.transverse is not None:
             return self.transverse
         return Transverse(
@@ -157,7 +157,7 @@ class Material:
 
     @property
     def _moduli(self) -> tuple[float, float, float, float, float]:
-        """C_LL, C_TT, C_LT, C_TT′ and μ_T = (C_TT − C_TT′)/2, MPa (Lekhnitskii, Theory of Elasticity, 1963, ch. 1)."""
+        """Stiffnesses C_LL, C_TT, C_LT, C_TT′, μ_T = (C_TT − C_TT′)/2, MPa (Lekhnitskii, Theory of Elasticity)."""
         across, nu = self._across, self.poisson_ratio
         E, nu_t = across.elastic_modulus, across.poisson_ratio
         squared = nu * nu * E / self.elastic_modulus
@@ -206,7 +206,7 @@ class Layers:
     of: NDArray[np.int_]
 
     def each(self, values: Any) -> Any:
-        """Return values (E, …) of the elements from one value per material."""
+        """Return one value per element (E, …) from one value per material."""
         return np.array(list(values), dtype=float)[self.of]
 
 

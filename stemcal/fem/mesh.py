@@ -13,7 +13,7 @@ from stemcal.arrays import Array, Ints
 from stemcal.fem.kernels import hexahedron
 from stemcal.fem.kernels.search import FACES, Topology
 
-_PORTION = 4096  # number of elements in a portion
+_PORTION = 4096  # number of elements that `Mesh._portions` yields at a time
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Mesh:
     hexes: Ints
 
     def neighbours(self) -> Ints:
-        """Return (E, 6) the element on the other side of each face, −1 for a face on the surface."""
+        """Return the element on the other side of each face (E, 6), −1 for a face on the surface."""
         faces = np.sort(self.hexes[:, FACES].reshape(-1, 4), axis=1)
         order = np.lexsort(faces.T[::-1])
         same = np.all(faces[order[1:]] == faces[order[:-1]], axis=1)
@@ -34,7 +34,7 @@ class Mesh:
         return behind.reshape(-1, 6)
 
     def topology(self, crowns: Array | None = None, slots: Ints | None = None) -> Topology:
-        """Return the topology before any erosion; by default faces are flat and the slots (E,) in sequence."""
+        """Return the topology before erosion, with the heights `crowns` (E, 6), mm, and the elements' `slots` (E,)."""
         slots = np.arange(len(self.hexes), dtype=np.int32) if slots is None else slots
         crowns = np.zeros((len(self.hexes), 6)) if crowns is None else crowns
         live = np.bincount(self.hexes.ravel(), minlength=len(self.nodes)).astype(np.int32)
@@ -51,7 +51,7 @@ class Mesh:
         return max(float(np.ptp(self.nodes[some], axis=1).max()) for some in self._portions())
 
     def modal_gradients(self) -> list[tuple[Any, ...]]:
-        """Return for x, y and z the derivatives b = ∂V/∂xₘ by the modal amplitudes of the corners, each (E,)."""
+        """Return the derivatives bₘ = ∂V/∂xₘ of the volumes (E,) by the modal amplitudes, for x, y and z."""
         x, y, z = _modal_sums(self.nodes, self.hexes)
         return [tuple(b / 8.0 for b in hexahedron.minors.py_func(p, q)) for p, q in ((y, z), (z, x), (x, y))]
 
@@ -132,12 +132,12 @@ def solid_cylinder(
 
 
 def square_of_solid(around: int) -> tuple[int, int]:
-    """Return the elements (up, across) of the core in half a solid section with `around` elements around that half."""
+    """Return the numbers of elements (up, across) of the core in half a solid section with `around` elements around."""
     across = around // 4
     return around - 2 * across, across
 
 
-# Core: radius of its corners in units of the cylinder's, and bulge of its sides (0 straight, 1 an arc).
+# Core of a solid cylinder: radius of its corners relative to the cylinder's, and bulge of its sides (1: circular arcs).
 SQUARE, _BULGE = 0.5, 0.4
 
 
@@ -189,7 +189,7 @@ def _with_mirror_image(points: Array, quads: Ints) -> tuple[Array, Ints]:
     off = np.flatnonzero(points[:, 0] > 1e-12)
     image = np.arange(len(points))
     image[off] = len(points) + np.arange(len(off))
-    beyond = image[quads][:, [0, 3, 2, 1]]  # keeps the orientation
+    beyond = image[quads][:, [0, 3, 2, 1]]  # in this order, the mirrored corners are counter-clockwise again
     return np.concatenate([points, points[off] * [-1.0, 1.0]]), np.concatenate([quads, beyond])
 
 
@@ -220,10 +220,10 @@ def _directions(turn: Array) -> Array:
 
 
 def _parts(widths: Array) -> Array:
-    """Return the boundaries of pieces of the given relative widths in the interval from 0 to 1."""
+    """Divide the interval from 0 to 1 into pieces of the given relative widths; return their n + 1 boundaries."""
     return np.asarray(np.concatenate([[0.0], np.cumsum(widths) / np.sum(widths)]))
 
 
 def _exact(values: Array) -> Array:
-    """Round to 15 digits, so that nodes meant to lie on a mirror plane do."""
+    """Round to 15 digits, so that nodes on a mirror plane have a coordinate of exactly 0."""
     return np.round(values, 15) + 0.0

@@ -22,7 +22,7 @@ class Tool:
     edge: x of a cutting edge whose lowest line is at z = 0 of the frame; None for a tool without a cutting edge.
     spread: Distance from the tool within which its edge acts on the surface next to it, mm (`kernels.spread_edge`);
         with 0 the edge acts along a line.
-    faces: Contact is with the crowned faces of the body (`kernels.contact.push_skin_out`); otherwise with nodes only.
+    faces: The tool touches the curved outer faces of the body (`kernels.contact.push_skin_out`) instead of nodes.
     parts: A spread edge separates the body on the plane under it (`kernels.parting`); the mesh has nodes on that plane.
     slide: Velocity along y, mm/s: an oblique edge slides along itself.
     """
@@ -66,9 +66,9 @@ class Contact:
 
 
 def with_skin(tools: ToolArrays, topology: Topology, mass: Array) -> ToolArrays:
-    """Return the tools with the crowned surface faces for the tools whose contact is with faces.
+    """Return the tool arrays with the skin: the curved outer faces of the body, if any tool touches faces.
 
-    The mass (N,) of a node is divided equally among these faces around it.
+    The mass (N,) of a node is divided equally among the faces of the skin around it.
     """
     bulging = topology.crowns > (0.0 if tools.faces.any() else np.inf)
     behind, side = np.nonzero((topology.neighbours < 0) & bulging)
@@ -146,7 +146,7 @@ _WIDEST = 1.2
 
 
 def spread_edge(tools: tuple[Tool, ...], x: Array, hexes: Ints, size: float) -> SpreadEdge:
-    """Return the rows (contact constraints, `kernels.spread_edge`) along the first spread edge, without a cut plane.
+    """Return the rows (contact constraints, `kernels.spread_edge`) along the first spread edge; `cut` is still None.
 
     x: Positions of the nodes (N, 3), mm; a body that ends at the edge, or at y = 0, is mirrored there.
     hexes: Corners of the elements (E, 8).
@@ -216,7 +216,7 @@ def _gap_beside(tool: Tool, s: Array) -> Array:
 
 @lru_cache(maxsize=64)  # 8000 distances in plain Python, needed three times per run for the same blade
 def _reach_beside(tool: Tool) -> tuple[float, float]:
-    """Return the distances left and right of a spread edge, mm, at which the gap to the tool equals the spread."""
+    """Return the distances left and right of a spread edge at which the gap to the tool equals the spread, mm."""
     far = tool.spread * np.linspace(0.0, _FARTHEST, 4001)
     left, right = (float(far[_gap_beside(tool, side * far) < tool.spread].max(initial=0.0)) for side in (-1.0, 1.0))
     return left, right
@@ -251,7 +251,7 @@ def _bell(s: Array) -> Array:
 
 
 def _lines_of_rows(rows: Array, along: Array, a: float, half: bool) -> tuple[Ints, Array, Array]:
-    """Return for each row the lines within `a` of it, their distances from it, and −1 for images, else 1: (R, M)."""
+    """Return the lines within `a` of each row, their distances from it, and −1 for mirror images or 1; each (R, M)."""
     images = -along[::-1] if half else along[:0]
     y = np.concatenate([images, along])
     index = np.concatenate([np.arange(len(images))[::-1], np.arange(len(along))])

@@ -20,7 +20,7 @@ _TYPES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 
 
 class FrameWriter:
-    """Writes every `every`-th output of a simulation to `folder`, without eroded elements; called at each output.
+    """Callable for `simulate(inspect=…)` that writes every `every`-th output to `folder`, without eroded elements.
 
     Points have a displacement (mm) and a velocity (mm/s), cells a stress (xx, yy, zz, xy, yz, zx in MPa), a von Mises
     stress, a plastic strain and the number of their element.
@@ -72,7 +72,7 @@ def _von_mises(stress: Array) -> Array:
 def _write_vtu(
     path: Path, nodes: Values, hexes: Values, point_data: Mapping[str, Values], cell_data: Mapping[str, Values]
 ) -> None:
-    """Write hexahedra (in mm, corners ordered as in VTK) with data (…,) or (…, components) of nodes and of cells."""
+    """Write hexahedra (mm, corners ordered as in VTK) with data of nodes (N,) or (N, components), and of cells."""
     count = len(hexes)
     cells: dict[str, Values] = {
         "connectivity": hexes.astype(np.int64).ravel(),

@@ -47,14 +47,14 @@ def warm(layered: bool = False) -> None:
 def compile_once(layered: bool = False) -> None:
     """Compile every kernel of a simulation into the cache, unless it is there already.
 
-    Of several processes that share a cache, the first compiles and the others wait. It compiles in a child process, so
-    that an interrupt takes effect at once and leaves no incomplete cache. If no child process can be started, this
-    process compiles and defers interrupts.
+    Of several processes that share a cache, the first compiles in a child process and the others wait. In a child,
+    Ctrl-C takes effect at once and leaves no incomplete cache. If no child can be started, this process compiles and
+    defers interrupts.
     """
     if is_compiled(layered):
         return
     lock = FileLock(CACHE / _LOCK)
-    with suppress(OSError, NotImplementedError):  # a file system without locks: each compiles for itself
+    with suppress(OSError, NotImplementedError):  # on a file system without locks, every process compiles
         lock.acquire()
     try:
         if not is_compiled() and not is_compiled(layered=True):
@@ -69,12 +69,12 @@ def compile_once(layered: bool = False) -> None:
 
 
 def _load(layered: bool) -> None:
-    with put_off():  # an exception inside LLVM's code can free memory twice
+    with put_off():  # Ctrl-C inside LLVM's code could make it free memory twice
         _smallest_simulation(layered)
 
 
 def _empty_cache() -> None:
-    """Remove the compiled code, but not the lock file, which this or another process may hold."""
+    """Remove the compiled code, but not the lock file, because this or another process may have locked it."""
     CACHE.mkdir(mode=0o700, parents=True, exist_ok=True)
     for path in CACHE.iterdir():
         if path.is_dir():
@@ -85,12 +85,12 @@ def _empty_cache() -> None:
 
 
 def is_compiled(layered: bool = False) -> bool:
-    """Check that a marker file declares the cache complete for this machine; no kernel is loaded."""
+    """Check for the marker file of a complete cache for this machine, without loading a kernel."""
     return _mark(layered).exists()
 
 
 def _mark(layered: bool = False) -> Path:
-    """Return the marker file of a complete cache; its name has the processor and the version of Python."""
+    """Return the path of the file that marks a complete cache for this processor and version of Python."""
     name = f"complete-{llvmlite.binding.get_host_cpu_name()}-{platform.python_version()}"
     return CACHE / f"{name}{'-layers' if layered else ''}"
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class Kind:
     """The mesh, tools and motion of one kind of test; the piece is along x. A subclass is a frozen dataclass (mm).
 
-    PERIODS: Minimum duration of the loading in slowest natural periods; mass is scaled up to this limit.
+    PERIODS: Minimum duration of the loading in periods of the slowest vibration; mass is scaled up to this limit.
     MOMENT: Moment m of the section, ∫zᵐ dA, that determines the response: 0 its area, 2 its second moment; None for the
         bending stiffness of the wall about its mid-line (`build.rounded`).
     LAYERS: Number of elements through the wall; None for the number by the element size.
@@ -46,11 +46,11 @@ class Kind:
         raise NotImplementedError
 
     def modulus(self, stem: Stem, material: Material) -> float:
-        """Return E for this wave speed, MPa; for a material with an axis, the effective E of the slowest mode."""
+        """Return the E that determines the slowest natural period, MPa; by default, E along the stem."""
         return material.elastic_modulus
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
-        """Return the mesh of the piece, or of the part that is modelled with mirror planes."""
+        """Return the mesh of the piece, or of the half or quarter that is modelled."""
         raise NotImplementedError
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
@@ -58,9 +58,9 @@ class Kind:
         return ()
 
     def driven(self, mesh: Mesh, stem: Stem) -> Mask:
-        """Return (N, 3) the velocity components prescribed by `motion` at all times; none by default."""
+        """Return a mask (N, 3) of the velocity components that `motion` prescribes at all times; none by default."""
         return np.zeros(mesh.nodes.shape, dtype=bool)
 
     def motion(self, mesh: Mesh, stem: Stem, loading: Loading, laws: Sequence[Material]) -> Array:
-        """Return the initial velocities (N, 3), mm/s, with which no vibration starts; `laws` are from the inside."""
+        """Return the initial velocities (N, 3) that excite no vibration, mm/s; `laws`: materials from the inside."""
         raise NotImplementedError

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stemcal.fem.material import Material
     from stemcal.fem.mesh import Mesh
 
-# Reduction of the radius in the middle of a pulled piece. With half or twice this value, the work changes by 1 %.
+# Reduction of the radius in the middle of a pulled piece, as a share. With half or twice this, the work changes by 1 %.
 _WAIST = 0.001
 
 
@@ -65,9 +65,8 @@ class Axial(Kind):
     """A piece of stem between two ends that move along its axis, each at half the speed.
 
     `held` ends keep the size of their section, as glued or clamped ends do; at `lubricated` ends the section expands
-    or contracts about its fixed centre.
-    A pulled piece is slightly thinner in the middle. A stem that hardens less than it narrows develops a neck; in a
-    uniform piece the position of the neck is determined by round-off, which changed the work until the break by 3 %.
+    or contracts about its fixed centre. A pulled piece is modelled slightly thinner in the middle: a stem that hardens
+    little develops a neck, and round-off would determine its position, which changed the work until the break by 3 %.
     """
 
     sense: Literal["compression", "tension"]
@@ -83,7 +82,7 @@ class Axial(Kind):
         return 2.0 * stem.length / wave_speed
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
-        """Return the mesh of the piece, in tension with a waist: r (1 − w cos² πx/L)."""
+        """Return the mesh of the piece; in tension, its radii r are reduced to r (1 − w cos² πx/L), w = `_WAIST`."""
         from stemcal.cutting.build import stem_mesh
         from stemcal.laboratory.build import layered
 
@@ -94,7 +93,7 @@ class Axial(Kind):
         return replace(mesh, nodes=np.hstack([mesh.nodes[:, :1], thinner * mesh.nodes[:, 1:]]))
 
     def driven(self, mesh: Mesh, stem: Stem) -> Mask:
-        """Return the components of the nodes at both ends: along the axis, and across it where the ends are held.
+        """Return the components at the nodes of both ends: along the axis, and across it if the ends are held.
 
         At lubricated ends, the nodes next to the planes y = 0 and z = 0 do not move across these planes, so that an end
         widens about its centre. Without this condition, the ends slid sideways once the piece yielded (Engesser's

@@ -35,12 +35,12 @@ class LaboratoryTest:
 
     @property
     def laws(self) -> tuple[Material, ...]:
-        """The materials of the layers from the inside."""
+        """Materials of the layers from the inside."""
         return (self.material, *reversed(self.outer))
 
 
 def layered(stem: Stem, how: Discretisation) -> Discretisation:
-    """Return the mesh settings with at least three elements through the wall; with one, thin walls wrinkled."""
+    """Return the mesh settings with at least three elements through the wall: thin walls of one element wrinkled."""
     if how.through_wall or not stem.diameter_ratio:
         return how
     return replace(how, through_wall=max(_FEWEST_LAYERS, through_wall(stem, how)))
@@ -122,7 +122,7 @@ def _centres(mesh: Mesh) -> Array:
 
 
 def thickened(test: LaboratoryTest) -> LaboratoryTest:
-    """Return the test with a thicker wall about the same mid-line, whose mesh has the bending stiffness of the stem's.
+    """Return the test with a wall thickened about its mid-line, so that the mesh has the true wall's bending stiffness.
 
     With one integration point in the middle of each of n layers, a wall w has the second moment (1 − 1/n²) w³/12, so w
     is multiplied by (1 − 1/n²)^(−1/3). The plastic moment, exact for even n before, increases by the square of this
@@ -144,7 +144,7 @@ def thickened(test: LaboratoryTest) -> LaboratoryTest:
 
 
 def _stiffened(test: LaboratoryTest) -> Stem:
-    """Return the layered stem with all layers thicker by a factor f, for the right bending stiffness of its wall.
+    """Return the layered stem with all layers thicker by a factor f, so that the mesh has its true bending stiffness.
 
     With E and thickness w of each layer of elements at z and the neutral line z₀, the stiffness of the mesh,
     f³ Σ E w (z − z₀)², must be Σ E (w (z − z₀)² + w³/12).
@@ -168,8 +168,8 @@ def _stiffened(test: LaboratoryTest) -> Stem:
 def integration(test: LaboratoryTest) -> Integration:
     """Return the settings of the time integration, with the mass scaled.
 
-    With density s·ρ natural periods grow as √s: s makes the loading last `PERIODS` of the slowest one, and is never
-    below 1. Strains keep their real rates.
+    The factor s ≥ 1 on the density makes natural periods √s times as long, so that the loading lasts `PERIODS` of the
+    slowest one. Strain rates are not changed.
     """
     period = test.kind.slowest_period(test.stem, _wave_speed(test))
     scaling = (test.loading.duration / (test.kind.PERIODS * period)) ** 2

@@ -21,7 +21,7 @@ from stemcal.laboratory.build import LaboratoryTest, build_piece, rounded
 from stemcal.notes import Note
 from stemcal.responses import FURTHER_CUT, PIECE, ForceTravel, Response, responses_in
 
-# A widening below this share counts as none.
+# Below this relative widening, a piece counts as not widened.
 _WIDENED = 1e-6
 
 
@@ -36,7 +36,7 @@ class LaboratoryResult(CuttingResult):
     until_break: ForceTravel | None = None
     responses: dict[str, float] = field(default_factory=dict)
 
-    def giving(self, responses: Iterable[Response]) -> LaboratoryResult:
+    def with_responses(self, responses: Iterable[Response]) -> LaboratoryResult:
         """Return the result with the values of those `responses` that the curve determines."""
         if self.until_break is None:
             return self
@@ -45,31 +45,31 @@ class LaboratoryResult(CuttingResult):
 
 
 class Gauges:
-    """Records the contact compliance and the buckling of a compressed piece; called at the outputs of a simulation.
+    """Callable for `simulate(inspect=…)` that records the deflection of the contact and the buckling of the piece.
 
-    Contact acts through springs (`fem.kernels.contact`) whose deflection `give` depends on the mesh, not on the stem.
-    For each tool it is the mean penetration of the skin, weighted by the forces (mm).
+    Contact acts through springs (`fem.kernels.contact`). Their `deflection` depends on the mesh, not on the stem. It is
+    the sum over the tools of the mean penetration of the skin, weighted by the forces (mm).
     """
 
     def __init__(self, test: LaboratoryTest, model: Model) -> None:
         self._start = model.mesh.nodes
         self._widening = test.kind.widens_evenly
-        self.give: list[float] = []
+        self.deflection: list[float] = []
         self.buckling: list[float] = []
 
     def __call__(self, _time: float, state: State) -> None:
         weighted, force = state.tools.sunk.T
         depths = np.divide(weighted, force, out=np.zeros_like(force), where=force > 0.0).tolist()
-        # the mean over the supports: with a mirror plane there is one, otherwise two with equal penetration
-        self.give.append(depths[0] + float(np.mean(depths[1:] or [0.0])) if depths else 0.0)
+        # the supports count once, by their mean: with a mirror plane there is one, otherwise two with equal penetration
+        self.deflection.append(depths[0] + float(np.mean(depths[1:] or [0.0])) if depths else 0.0)
         if self._widening:
             self.buckling.append(_unevenness(self._start[:, 1:], state.body.x[:, 1:]))
 
 
 def _unevenness(before: Array, after: Array) -> float:
-    """Return the largest deviation of a node (N, 2) from a uniform widening 1 + g, as a share of g R.
+    """Return the largest deviation of nodes (N, 2) from a uniform widening by 1 + g, relative to the widening g R.
 
-    It is 0 for a piece that has not widened (Poisson's ratio 0), where the quotient would be round-off.
+    The result is 0 for a piece that has not widened (Poisson's ratio 0): the quotient would be round-off.
     """
     moved = after - before
     widening = float(np.vdot(before, moved) / np.vdot(before, before))
@@ -108,7 +108,7 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
     history = simulate(model, test.loading.duration, report, look)
     wall = time.perf_counter() - started
     curve = force_history(test.loading, how, history, scale)
-    curve = replace(curve, travel=curve.travel - np.array(gauges.give))
+    curve = replace(curve, travel=curve.travel - np.array(gauges.deflection))
     broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
     result = evaluate(curve, history, test.material, broken, len(model.mesh.hexes), wall, balanced=broken)
     until_break = ForceTravel.until_break(curve.travel[:broken], curve.force_filtered[:broken], diameter, PIECE)
@@ -116,21 +116,21 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
     percent = 100.0 * gauges.buckling[np.flatnonzero(curve.deleted == 0)[-1]] if gauges.buckling else 0.0
     warnings = (*_of_tests(result), *([buckles(percent)] if percent > MOST_BUCKLING else ()))
     more = {"shape": shape, "until_break": until_break, "warnings": warnings}
-    return LaboratoryResult(**{**vars(result), **more}).giving(responses_in(PIECE))
+    return LaboratoryResult(**{**vars(result), **more}).with_responses(responses_in(PIECE))
 
 
 def cut(test: ShearTest, inspect: Inspect | None = None) -> LaboratoryResult:
-    """Run a further cutting test among the laboratory tests; `inspect` and errors as in `perform`."""
+    """Run a cutting test that is one of the laboratory tests; `inspect` and errors as in `perform`."""
     result = shear(test, inspect)
     curve, whole = result.history, result.history.travel < (result.break_travel or np.inf)
     own = ForceTravel.until_break(
         curve.travel[whole], curve.force_filtered[whole], test.stem.outer_diameter, FURTHER_CUT
     )
     further = LaboratoryResult(**{**vars(result), "until_break": own, "warnings": _of_tests(result)})
-    return further.giving(responses_in(FURTHER_CUT))
+    return further.with_responses(responses_in(FURTHER_CUT))
 
 
 def _of_tests(result: CuttingResult) -> tuple[Note, ...]:
-    """Return the warnings of a test; the warning on a short stroke is worded for laboratory tests."""
+    """Return the warnings of a test; that of a short stroke is replaced by one worded for laboratory tests."""
     stroke = float(result.history.travel[-1])
     return tuple(maximum_not_passed(stroke) if note.kind == STROKE_TOO_SHORT else note for note in result.warnings)

@@ -32,7 +32,7 @@ class RadialSection(PieceSection):
     usual_size = Length(divisor=64.0)
 
     def room(self, diameter: float, ratio: float) -> float:
-        return diameter * min(1.0, 2.0 * ratio or 1.0)  # walls that meet in the bore would pass through each other
+        return diameter * min(1.0, 2.0 * ratio or 1.0)  # beyond this stroke, the walls would meet inside the bore
 
 
 class Radial(LaboratoryKind):
@@ -53,7 +53,7 @@ class RadialCompression(Kind):
     WIDER: ClassVar[float] = 4.0
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
-        """Return the period of the ring's oval mode, ω = 6/√5 √(EI/ρA)/R², or of a wave across it if longer."""
+        """Return the period of the ring's oval mode, ω = 6/√5 √(EI/ρA)/R², or of a wave across the ring if longer."""
         wall = 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio)
         radius = 0.5 * (stem.outer_diameter - wall)
         oval = 2.0 * pi * radius**2 * sqrt(5.0 * 12.0) / (6.0 * wall * wave_speed)

@@ -51,7 +51,7 @@ class BendingSection(PieceSection):
     def shear_over_bending(self, diameter: float, ratio: float, softness: float) -> float:
         """Return the ratio of deflection by shear to deflection by bending, 12 EI/(κGA L²), with `softness` = E/G."""
         squared = (0.25 * diameter * hypot(1.0, ratio) / self.span.at(diameter)) ** 2
-        return 12.0 * softness * squared / shear_area(ratio)
+        return 12.0 * softness * squared / shear_coefficient(ratio)
 
 
 class Bending(LaboratoryKind):
@@ -63,7 +63,7 @@ class Bending(LaboratoryKind):
         return ThreePointBending(section.span.at(diameter), section.radius, section.radius)
 
 
-def shear_area(ratio: float) -> float:
+def shear_coefficient(ratio: float) -> float:
     """Return the shear coefficient κ of a ring for ν = 0 (Cowper, J. Appl. Mech. 33, 335, 1966); `ratio` = bore/d."""
     squared = ratio**2
     whole = (1.0 + squared) ** 2
@@ -79,7 +79,7 @@ class ThreePointBending(Kind):
     support_radius: float = 5.0
     PERIODS: ClassVar[float] = 16.0
     MOMENT: ClassVar[int | None] = 2
-    LONGER: ClassVar[float] = 3.0  # a uniform mesh makes a short piece 4 % stiffer: more nodes rest on the supports
+    LONGER: ClassVar[float] = 3.0  # in a uniform mesh more nodes rest on the supports: a short piece was 4 % stiffer
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
         """Return the period of the first bending mode between the supports, 2 L²/π √(ρA/EI)."""
@@ -87,10 +87,10 @@ class ThreePointBending(Kind):
         return 2.0 / pi * self.span**2 / (wave_speed * gyration)
 
     def modulus(self, stem: Stem, material: Material) -> float:
-        """Return E; for a material with an axis E/(1 + π² EI/(κGA L²)), because shear makes the first mode slower."""
+        """Return E; for a transversely isotropic material E/(1 + π² EI/(κGA L²)), as shear slows the first mode."""
         if material.transverse is None:
             return material.elastic_modulus
-        softer = material.elastic_modulus / (shear_area(stem.diameter_ratio) * material.transverse.shear_modulus)
+        softer = material.elastic_modulus / (shear_coefficient(stem.diameter_ratio) * material.transverse.shear_modulus)
         gyration = 0.25 * stem.outer_diameter * hypot(1.0, stem.diameter_ratio)
         return material.elastic_modulus / (1.0 + softer * (pi * gyration / self.span) ** 2)
 
@@ -111,7 +111,7 @@ class ThreePointBending(Kind):
         """Return the velocities of a beam whose middle is moved by a load at speed v, with ξ = 2|x|/L.
 
         Bending: w = v (1 − (3ξ² − ξ³)/2) downwards, linear beyond the supports (ξ > 1), and ẋ = z dw/dx (plane
-        sections). Fibres: s = 12 EI/(κGA L²) times as much by shear, s v (1 − ξ), which turns no section.
+        sections). In a stem with fibres, shear adds s v (1 − ξ) with s = 12 EI/(κGA L²), without rotating sections.
         """
         x, z, half = mesh.nodes[:, 0], mesh.nodes[:, 2], 0.5 * self.span
         moments = np.diff(np.array(stem.radii) ** 4)

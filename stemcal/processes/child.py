@@ -35,7 +35,7 @@ _LOOK_MS = 500  # interval at which the guard process checks its worker
 
 
 class ChildDied(Exception):
-    """Raised if a child process ends before it returns a result; the message is the reason."""
+    """Raised if a child process ends before it returns a result; the message has the reason."""
 
 
 class Child:
@@ -70,7 +70,7 @@ class Child:
         return result, error
 
     def kill(self) -> None:
-        """Terminate the process, and all that it has started, immediately."""
+        """Terminate the process, and all processes that it has started, immediately."""
         end_family(self.pid)
         self._process.wait()
 
@@ -83,7 +83,7 @@ class Child:
         self.kill()  # also processes that it started
 
     def _listen(self) -> None:
-        while (message := _taken(self._process.stdout)) is not None:
+        while (message := _next_message(self._process.stdout)) is not None:
             self._messages.put(message)
         self._messages.put(None)
 
@@ -93,7 +93,7 @@ class Child:
         except queue.Empty:
             raise RunTimedOut(limit or 0.0) from None
         if message is None:
-            self._messages.put(None)  # so that a further call fails too instead of waiting
+            self._messages.put(None)  # so that a later call does not wait but fails too
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(GRACE_S)
             raise ChildDied(_ending(self._process.poll()))
@@ -145,19 +145,19 @@ def serve() -> None:
                 answer = _failed(error)
             calls.task_done()  # before the reply, after which the parent may close the pipe
             _put(target, answer)
-    gc.freeze()  # saves the garbage collection at exit
+    gc.freeze()  # avoids a slow garbage collection at exit
 
 
 def _guard(source: IO[bytes], target: IO[bytes]) -> NoReturn:
-    """Wait until the parent or the worker ends, then terminate the worker and all that it started.
+    """Wait until the parent or the worker ends, then terminate the worker and all processes that it started.
 
-    A worker that executes native code cannot notice itself that its input is closed.
+    This is a process besides the worker, because native code in the worker could not notice that the input is closed.
     """
     worker, waiting = os.getppid(), select.poll()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
-    target.close()  # then the pipe closes when the worker ends, which the parent notices
-    waiting.register(source, 0)  # the closing of a pipe is reported without any flag
+    target.close()  # so that the pipe closes, and the parent notices it, when the worker ends
+    waiting.register(source, 0)  # `poll` reports a closed pipe even without a flag
     while os.getppid() == worker and not waiting.poll(_LOOK_MS):
         pass
     with suppress(Exception):
@@ -183,7 +183,7 @@ def _own_pipes() -> tuple[IO[bytes], IO[bytes]]:
 
 def _read(source: IO[bytes], calls: queue.Queue[bytes | None]) -> None:
     """Queue calls until the pipe closes; then end the worker, even during a call."""
-    while (blob := _taken(source)) is not None:
+    while (blob := _next_message(source)) is not None:
         calls.put(blob)
     if calls.unfinished_tasks:
         end_family(os.getpid())
@@ -215,7 +215,7 @@ def _put(stream: IO[bytes] | None, message: bytes) -> None:
     stream.flush()
 
 
-def _taken(stream: IO[bytes] | None) -> bytes | None:
+def _next_message(stream: IO[bytes] | None) -> bytes | None:
     assert stream is not None
     head = stream.read(_LENGTH.size)
     if len(head) < _LENGTH.size:

@@ -10,7 +10,7 @@ import psutil
 
 GRACE_S = 2.0  # time that a process has to end by itself
 _POLL_S = 0.01
-# On Windows Ctrl-C reaches all processes of a console except those in other groups.
+# On Windows, Ctrl-C reaches all processes of a console except those created with this flag.
 APART = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 
 

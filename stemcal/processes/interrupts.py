@@ -1,8 +1,8 @@
 """Ctrl-C and SIGTERM as exceptions.
 
-A signal handler may raise an exception where it is lost: in a callback of the import system Python prints it and
-continues. Therefore a signal is only recorded while a module is imported and inside `put_off`. `raise_noted`, which
-every waiting loop calls, raises it later. Only commands install handlers: scripts and notebooks keep their own.
+An exception raised by a signal handler can be lost: in a callback of the import system, Python prints it and continues.
+Therefore a signal is only recorded while a module is imported and inside `put_off`. `raise_noted`, which every waiting
+loop calls, raises it later. Only the commands of stemcal install handlers; those of scripts and notebooks are kept.
 """
 
 import signal

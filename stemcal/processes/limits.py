@@ -15,7 +15,7 @@ from stemcal.processes.interrupts import raise_noted
 
 T = TypeVar("T")
 
-SLICE_S = 0.25  # longest single wait: on Windows Ctrl-C cannot interrupt an unlimited one
+_SLICE_S = 0.25  # longest single wait: on Windows, Ctrl-C cannot interrupt a wait without limit
 
 
 class RunTimedOut(StemcalError):
@@ -27,10 +27,10 @@ class RunTimedOut(StemcalError):
 
 
 def wait_until(limit: float | None, wait: Callable[[float], bool]) -> bool:
-    """Wait until `wait(seconds)` returns true, at most `limit` seconds (None: without limit); return whether it did.
+    """Wait until `wait(seconds)` returns True, at most `limit` seconds (None: without limit); return its last result.
 
-    The time is the sum of the slices waited, not the time of the clock: while this process is suspended (Ctrl-Z, a
-    batch system), hours may pass in which no work is done.
+    The limit applies to the sum of the single waits, not to the time of the clock: while this process is suspended
+    (Ctrl-Z, a batch system), hours may pass in which no work is done.
 
     >>> wait_until(1.0, lambda seconds: False), wait_until(None, lambda seconds: True)
     (False, True)
@@ -38,9 +38,9 @@ def wait_until(limit: float | None, wait: Callable[[float], bool]) -> bool:
     left = inf if limit is None else limit
     while left > 0.0:
         raise_noted()
-        if wait(min(SLICE_S, left)):
+        if wait(min(_SLICE_S, left)):
             return True
-        left -= SLICE_S
+        left -= _SLICE_S
     return wait(0.0)
 
 

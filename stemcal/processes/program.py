@@ -13,7 +13,7 @@ from pathlib import Path
 from stemcal.processes.family import APART, end_family
 from stemcal.processes.limits import wait_until
 
-KEPT_BYTES = 64 * 1024  # length of the end of the output that is kept
+_KEPT_BYTES = 64 * 1024  # only the end of the output, of this length, is kept
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
         finally:
             end_family(process.pid)
             process.wait()
-        printed.seek(max(0, printed.seek(0, os.SEEK_END) - KEPT_BYTES))
-        output = printed.read(KEPT_BYTES).decode("utf-8", "replace").removeprefix("\ufeff")
+        printed.seek(max(0, printed.seek(0, os.SEEK_END) - _KEPT_BYTES))
+        output = printed.read(_KEPT_BYTES).decode("utf-8", "replace").removeprefix("\ufeff")
     output = output.replace("\0", "\N{REPLACEMENT CHARACTER}")
     return ProgramRun(process.returncode, timed_out, output, time.monotonic() - started)
 

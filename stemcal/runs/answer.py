@@ -20,7 +20,7 @@ from stemcal.vocabulary import CUTTING, Vocabulary
 
 logger = logging.getLogger(__name__)
 
-MOST_WARNINGS = 10
+_MOST_WARNINGS = 10
 _MOST_REASONS = 10
 QUORUM = 0.5  # the fraction of the runs of a stage that must succeed
 
@@ -29,7 +29,7 @@ QUORUM = 0.5  # the fraction of the runs of a stage that must succeed
 class Progress:
     """Progress of a stage.
 
-    done, total     numbers of distinct runs; `cached` runs were recorded before this command
+    done, total     numbers of distinct runs; `cached` of those done were recorded before this command
     last_response   response of the last run, and its `last_condition`; None if there is none
     preparing       whether the solver is still being prepared, for which all runs wait
     points          number of requested runs, including equal ones
@@ -120,19 +120,18 @@ class _Tally:
         self.report()
 
     def add(self, outcome: Outcome, request: Request) -> None:
-        """Count a run; warn of each of the first failures, but only once if replicates fail alike."""
+        """Count a run. Log a warning of each of the first failures, only one if replicates fail for the same reason."""
         self.done += 1
         self.failed += not outcome.ok
         if not outcome.ok and (fault := (request.row, outcome.message)) not in self.warned:
             self.warned.add(fault)
-            if len(self.warned) <= MOST_WARNINGS:
+            if len(self.warned) <= _MOST_WARNINGS:
                 logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, outcome.reason, outcome.message)
-            elif len(self.warned) == MOST_WARNINGS + 1:
+            elif len(self.warned) == _MOST_WARNINGS + 1:
                 logger.warning("further runs failed; `stemcal status SPEC --failed` lists all failed runs")
         self.report(outcome.response, request.condition)
 
     def report(self, response: float | None = None, condition: float | None = None, preparing: bool = False) -> None:
-        """Notify the watcher of the progress."""
         counts = (self.done, self.total, self.cached, self.failed)
         condition = None if response is None else condition
         self.watch(Progress(self.stage, *counts, response, condition, preparing, self.points))
@@ -160,7 +159,7 @@ def _reason_lines(requests: Iterable[Request], outcomes: Iterable[Outcome]) -> l
 
 
 @contextmanager
-def reasons_given(requests: Sequence[Request], outcomes: Sequence[Outcome]) -> Iterator[None]:
+def failures_in_message(requests: Sequence[Request], outcomes: Sequence[Outcome]) -> Iterator[None]:
     """Add the failed runs and their reasons to the message of a `RunsFailed` that is raised within the block."""
     try:
         yield

@@ -26,7 +26,7 @@ ACCIDENTS = frozenset({"worker_died", "exception"})
 TIMEOUT = "timeout"
 
 Computed = tuple[Answer, dict[str, Any]]
-"""An answer with the circumstances it was computed under."""
+"""An answer, and its circumstances: versions of the programs, machine, times."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Run:
 
 
 def by_key(solver: Solver, requests: Iterable[Request]) -> dict[str, Request]:
-    """Return the distinct runs among requests by their keys; of equal runs, the first request."""
+    """Return the requests by the keys of their runs; of several requests with the same key, the first."""
     distinct: dict[str, Request] = {}
     for request in requests:
         distinct.setdefault(Run.of(solver, request).key, request)
@@ -90,7 +90,7 @@ def is_final(record: Mapping[str, Any], time_limit: float | None) -> bool:
 class Outcome:
     """The outcome of a run, or of the replicates of a point.
 
-    response       first response, in replicates their mean; None if the run failed
+    response       first response of the study, for replicates the mean; None if the run failed
     travel, work   blade travel (mm) and work (mJ) up to the maximum force; None if the solver does not report a curve
     responses      other responses declared in the study, by name
     censored       whether the response is only a lower bound, because the stroke was too short
@@ -111,7 +111,7 @@ class Outcome:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The keys of the record, or of the records of all replicates."""
+        """Keys of the record, or of the records of all replicates."""
         return (self.key,) if self.replicates is None else self.replicates.keys
 
     @property
@@ -136,7 +136,7 @@ class Outcome:
 def outcome_of(record: Mapping[str, Any], naming: Vocabulary = CUTTING) -> Outcome:
     """Return the outcome in a record, with the further responses that the study lists in `naming`."""
     details = record["details"] if record["status"] == "ok" else {}
-    of_curve = of_the_table(details, record["request"]["condition"], naming)
+    of_curve = curve_responses(details, record["request"]["condition"], naming)
     return Outcome(
         response=record[FIRST],
         travel=of_curve.pop("travel", None),
@@ -150,8 +150,8 @@ def outcome_of(record: Mapping[str, Any], naming: Vocabulary = CUTTING) -> Outco
     )
 
 
-def of_the_table(details: Mapping[str, Any], diameter: float, naming: Vocabulary = CUTTING) -> dict[str, float]:
-    """Return the responses besides the force that follow from the curve and the values in `details`."""
+def curve_responses(details: Mapping[str, Any], diameter: float, naming: Vocabulary = CUTTING) -> dict[str, float]:
+    """Return the responses besides the force, by name, that the curve and the values in `details` determine."""
     curve = details.get("curve") or {"travel": (), "force": ()}
     travel, force = (np.asarray(curve[name], dtype=float) for name in ("travel", "force"))
     peak = (details.get("peak_force", math.nan), details.get("peak_travel", math.nan))
@@ -179,7 +179,7 @@ def lower_bound_notes(outcomes: Sequence[Outcome]) -> list[Note]:
 
 
 def merged(outcomes: Sequence[Outcome], times: int) -> list[Outcome]:
-    """Return one outcome for every `times` replicates: the mean of the successful ones. For 0, nothing is merged."""
+    """Replace every `times` replicates by the mean of those that succeeded; with `times` = 0, change nothing."""
     if not times:
         return list(outcomes)
     return [_mean(outcomes[i : i + times]) for i in range(0, len(outcomes), times)]

@@ -30,7 +30,7 @@ from stemcal.storage.sealed import Broken, read_sealed, sealed
 
 logger = logging.getLogger(__name__)
 
-SPEC_PLACE = "spec-path.txt"
+_SPEC_PLACE = "spec-path.txt"
 _MOST_NOTE = 1 << 16  # largest size of a small text file, bytes
 SCHEMA_VERSION = 3  # version of the format of stage files
 RECORD_VERSION = 4
@@ -47,9 +47,9 @@ _WITHIN: dict[str, dict[str, Any]] = {
         **dict.fromkeys(("time_limit", "peak_force", "peak_travel", "added_mass_percent"), float | int | None),
     },
 }
-"""Types of the entries of a record, and of those entries within them that are read."""
-_MOST_KNOWN = 16 * MIB  # total size of the record files that are cached in memory, bytes
-_TICK_NS = 100_000_000  # largest step of the time stamps of a file system
+"""Types of the entries of a record, and of those entries of its `request` and `details` that are read."""
+_MOST_KNOWN = 16 * MIB  # limit on the total size of the record files that are cached in memory, bytes
+_TICK_NS = 100_000_000  # coarsest resolution of the time stamps of a file system, ns
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` holds the lock
 
 
@@ -75,7 +75,7 @@ class StudyFolder:
         return f"StudyFolder({str(self.path)!r})"
 
     def __reduce__(self) -> tuple[type, tuple[Path]]:
-        """Pickle and copy the path, not the lock."""
+        """Restrict pickling and copying to the path, because a lock cannot be copied."""
         return type(self), (self.path,)
 
     # ---- lock
@@ -182,7 +182,7 @@ class StudyFolder:
         if key in self._known and self._known[key][0] == stamp:
             return self._known[key][1], ""
         record, problem = self.examine(key)
-        settled = time.time_ns() - status.st_mtime_ns > _TICK_NS  # then a later change has another time stamp
+        settled = time.time_ns() - status.st_mtime_ns > _TICK_NS  # old enough: a later change has another time stamp
         if record is not None and settled and self._room >= status.st_size:
             self._room -= status.st_size
             self._known[key] = stamp, record
@@ -233,12 +233,12 @@ class StudyFolder:
 
     def remember_spec(self, spec: Path) -> None:
         """Store the path of the spec, so that results can be opened with the path of the folder alone."""
-        write_atomic(self.path / SPEC_PLACE, f"{spec.absolute()}\n")
+        write_atomic(self.path / _SPEC_PLACE, f"{spec.absolute()}\n")
 
     def remembered_spec(self) -> Path | None:
         """Return the path of the spec that is stored in the study folder; None if no path is stored."""
         try:
-            return Path(read_plain(self.path / SPEC_PLACE, _MOST_NOTE).decode("utf-8", "surrogateescape").strip())
+            return Path(read_plain(self.path / _SPEC_PLACE, _MOST_NOTE).decode("utf-8", "surrogateescape").strip())
         except OSError:
             return None
 
@@ -277,7 +277,7 @@ def _is_curve(curve: Mapping[str, Any]) -> bool:
 
 
 def _file_lock(path: Path, patience: float) -> FileLock:
-    """Return a lock of the operating system; a lock that is only a file would remain if its holder is killed."""
+    """Return a lock of the operating system; a mere lock file would remain after its process was killed."""
     kernel_only = {"fallback_to_soft": False} if "fallback_to_soft" in signature(FileLock.__init__).parameters else {}
     any_lock: Callable[..., FileLock] = FileLock
     return any_lock(path, timeout=patience, poll_interval=0.02, **kernel_only)

@@ -183,7 +183,7 @@ def simulate_levels(
     if section is None:
         assert isinstance(test, ShearTest)
         return shear(test, writer)
-    result = laboratory_runs.perform_or_fail(test, writer).giving(section.responses)
+    result = laboratory_runs.perform_or_fail(test, writer).with_responses(section.responses)
     measured = section.measured or tuple(result.responses)
     return replace(result, warnings=tuple(laboratory_runs.relevant_warnings(result, measured)))
 

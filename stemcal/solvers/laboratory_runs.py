@@ -111,7 +111,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dic
     warnings: list[Note] = []
     for section, test in tests:
         try:
-            result = perform_or_fail(test).giving(section.responses)
+            result = perform_or_fail(test).with_responses(section.responses)
         except SimulationFailed as failure:
             raise SimulationFailed(failure.reason, f"{section.name}: {failure}") from failure
         for name in section.measured:

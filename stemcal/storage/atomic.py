@@ -14,7 +14,7 @@ _counter = itertools.count()
 
 
 def write_atomic(path: Path, content: str | bytes, *, new: bool = False) -> bool:
-    """Write `content` to `path` atomically; return whether the file was written.
+    """Write `content` to `path` atomically; return True if the file was written.
 
     A temporary file in the same folder is written, flushed to disk and renamed. A symbolic link at `path` is replaced;
     the file it refers to stays unchanged. With `new`, an existing file is kept and the result is False. Raises
@@ -23,7 +23,7 @@ def write_atomic(path: Path, content: str | bytes, *, new: bool = False) -> bool
     temporary = path.with_name(f"{_PREFIX}{os.getpid()}-{next(_counter)}.tmp")
     try:
         with temporary.open("xb") as file:
-            # Python represents bytes of a file name that are not UTF-8 by surrogates
+            # a file name in `content` may contain surrogates, by which Python represents bytes that are not UTF-8
             file.write(content.encode("utf-8", "surrogateescape") if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
@@ -73,7 +73,7 @@ def what_happened(error: OSError) -> str:
 
 
 def remove_leftovers(*folders: Path) -> None:
-    """Delete temporary files that killed processes left behind. The caller must hold the lock of the study folder."""
+    """Delete temporary files of killed processes. The caller must hold the lock of the study folder."""
     for folder in folders:
         for path in folder.glob(f"{_PREFIX}*.tmp"):
             with suppress(OSError):
@@ -93,7 +93,7 @@ def _replace(temporary: Path, path: Path) -> bool:
 
 
 def move_new(source: Path, path: Path) -> bool:
-    """Rename `source` to `path` unless `path` exists, even with concurrent writers; return whether it was renamed."""
+    """Rename `source` to `path` unless `path` exists, even with concurrent writers; return True if it was renamed."""
     try:
         if os.name == "nt":  # on Windows a rename never replaces an existing file
             source.rename(path)

@@ -14,7 +14,7 @@ def as_json(content: Any) -> str:
 
 
 def canonical(content: Any) -> str:
-    """Return canonical JSON text, which is independent of the order of the keys."""
+    """Return canonical JSON text: the same for equal content, whatever the order of its keys."""
     return json.dumps(jsonable(content), ensure_ascii=True, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 

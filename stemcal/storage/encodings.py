@@ -24,7 +24,7 @@ def decoded(content: bytes, encodings: Iterable[str]) -> tuple[str, str] | None:
 
 
 def _unicodes(content: bytes) -> Iterator[str]:
-    """Yield the likely Unicode encoding: UTF-16 if there is a byte order mark or many zero bytes, otherwise UTF-8."""
+    """Yield the most likely Unicode encoding: UTF-16 for a byte order mark or many zero bytes, otherwise UTF-8."""
     begin = content[:4000]
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         yield "utf-16"
@@ -35,10 +35,12 @@ def _unicodes(content: bytes) -> Iterator[str]:
 
 
 def guesses(content: bytes) -> Iterator[str]:
-    """Yield possible encodings, the most likely first; after UTF-8, for content that is not valid UTF-8, older ones."""
+    """Yield possible encodings, the most likely first: UTF-16 alone if the content looks like it; otherwise UTF-8, then
+    Chinese and Western European encodings, because the content may not be valid UTF-8.
+    """
     yield from (unicode := list(_unicodes(content)))
     if unicode == ["utf-8"]:
-        # Western European letters are isolated among ASCII; a Chinese character has two bytes beyond ASCII in a row
+        # Chinese text has pairs of bytes beyond ASCII; in Western European text, such bytes are isolated letters
         yield from ("gb18030", "cp1252") if re.search(rb"[\x80-\xff]{2}", content) else ("cp1252",)
         yield "latin-1"
 
@@ -77,7 +79,7 @@ def unprintable(text: str) -> str | None:
 
 
 def csv_text(rows: Iterable[Iterable[object]], newline: str = "\n") -> str:
-    """Return rows as CSV; None is an empty cell, text that a spreadsheet would run as a formula gets an apostrophe."""
+    """Return CSV text of rows; None becomes an empty cell, and text that could run as a formula gets an apostrophe."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator=newline)
     writer.writerows([_harmless(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)

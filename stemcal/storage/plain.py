@@ -13,7 +13,7 @@ class NotPlain(OSError):
 
 
 def unreadable(error: OSError | ValueError) -> str:
-    """Return why a file cannot be read, as the end of a sentence that begins with its name."""
+    """Return the reason that a file cannot be read, as the rest of a sentence that begins with its name."""
     reason = str(getattr(error, "strerror", None) or error)
     return reason if isinstance(error, NotPlain) else f"cannot be read: {reason}"
 
@@ -38,7 +38,7 @@ def read_plain(path: Path, most: int) -> bytes:
 
 
 def holds(path: Path, content: bytes) -> bool:
-    """Whether `path` is a regular file with exactly this content."""
+    """Check that `path` is a regular file with exactly this content."""
     try:
         return read_plain(path, len(content)) == content
     except OSError:

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 T = TypeVar("T")
-_SHOWN = 12  # rows that the Python prompt prints
-_WIDTH = 100  # characters in a printed line; further columns follow below
+_SHOWN = 12  # largest number of rows that the Python prompt prints
+_WIDTH = 100  # characters in a printed line; columns beyond this width are printed below
 
 
 class Rows(tuple[T, ...]):

@@ -9,19 +9,19 @@ from typing import Any
 from stemcal.storage.canonical import as_json, digest
 from stemcal.storage.plain import MIB, read_plain, unreadable
 
-SEAL = "sha256"
+_SEAL = "sha256"
 MAX_BYTES = 64 * MIB
-# SHA-256 of the bytes of files whose seal was correct: a command reads a file many times but verifies it only once.
+# SHA-256 of files whose seal was correct, so that a command that reads a file many times verifies the seal only once.
 _VERIFIED: set[bytes] = set()
 
 
 class Broken(Exception):
-    """Raised for a sealed file that was changed or contains no sealed JSON object; the message is the reason."""
+    """Raised for a sealed file that was changed or contains no sealed JSON object; the message has the reason."""
 
 
 def sealed(content: Mapping[str, Any]) -> str:
     """Return the JSON text of a file with its seal as the first key."""
-    return as_json({SEAL: digest(content), **content})
+    return as_json({_SEAL: digest(content), **content})
 
 
 def read_sealed(path: Path) -> dict[str, Any]:
@@ -38,9 +38,9 @@ def read_sealed(path: Path) -> dict[str, Any]:
         content = None
     if not isinstance(content, dict):
         raise Broken("contains no JSON object")
-    if SEAL not in content:
+    if _SEAL not in content:
         raise Broken("has no SHA-256 checksum")
-    if not _agrees(blob, content, content.pop(SEAL)):
+    if not _agrees(blob, content, content.pop(_SEAL)):
         raise Broken("does not match its SHA-256 checksum")
     return content
 
@@ -51,7 +51,7 @@ def _agrees(blob: bytes, content: Mapping[str, Any], seal: object) -> bool:
     if checksum in _VERIFIED:
         return True
     try:
-        agrees = digest(content) == seal and as_json({SEAL: seal, **content}).encode("utf-8") == blob
+        agrees = digest(content) == seal and as_json({_SEAL: seal, **content}).encode("utf-8") == blob
     except (ValueError, RecursionError):
         return False
     if agrees:

@@ -49,7 +49,7 @@ class Spread:
 
 
 def _nested(inlined: list[str], value: Any) -> Any:
-    """Offer all keys of a mapping to each inline field, and turn lists into tuples, as strict validation requires."""
+    """Copy all keys of a mapping to each inline field, which reads its part; turn lists into tuples for validation."""
     if not isinstance(value, Mapping):
         return value
     content = _tuples(value)
@@ -89,7 +89,7 @@ def to_json(thing: Any) -> Any:
 
 
 def from_json(kind: type[T], content: Any) -> T:
-    """Return an object of class `kind` from its JSON; ignore extra keys. A `ValueError` has the path to a wrong key."""
+    """Return an object of class `kind` from its JSON; extra keys are ignored, `ValueError` names a wrong key."""
     from pydantic import ValidationError
 
     try:

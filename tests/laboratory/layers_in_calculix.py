@@ -22,7 +22,7 @@ from stemcal.fem.material import Layers, Material, Transverse
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
-from stemcal.laboratory.three_point_bending import ThreePointBending, shear_area
+from stemcal.laboratory.three_point_bending import ThreePointBending, shear_coefficient
 
 RATIO, DIAMETER, DENSITY = 0.41, 8.0, 1.1e-9
 HEMP = Material(DENSITY, 1743.5, 0.3, transverse=Transverse(88.0, 31.99, 0.4))
@@ -116,4 +116,4 @@ def timoshenko(law: Material, span: float) -> float:
     """Return 1/(L^3/48EI + L/4kGA) of the tube, N/mm."""
     area, inertia = pi * 16.0 * (1.0 - RATIO**2), 0.25 * pi * 256.0 * (1.0 - RATIO**4)
     G = law.transverse.shear_modulus if law.transverse else law.shear_modulus
-    return 1.0 / (span**3 / (48.0 * law.elastic_modulus * inertia) + span / (4.0 * shear_area(RATIO) * G * area))
+    return 1.0 / (span**3 / (48.0 * law.elastic_modulus * inertia) + span / (4.0 * shear_coefficient(RATIO) * G * area))

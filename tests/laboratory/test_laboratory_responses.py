@@ -36,7 +36,7 @@ def test_a_response_that_the_curve_does_not_determine_fails_the_run(
 ) -> None:
     """The reason names the test and the response."""
     values = {"slope": 20.0} if known else {}
-    performed = SimpleNamespace(giving=lambda _: SimpleNamespace(responses=values, warnings=()))
+    performed = SimpleNamespace(with_responses=lambda _: SimpleNamespace(responses=values, warnings=()))
     monkeypatch.setattr(laboratory_runs, "perform_or_fail", lambda _: performed)
     section: Any = SimpleNamespace(name="pull", responses=(), measured=("slope",), called=lambda name: f"pull_{name}")
     if known:
@@ -61,7 +61,7 @@ def test_the_give_of_the_contact_is_taken_out() -> None:
     still = np.zeros_like(body.x)
     called(push_skin_out)(tools, near.skin, near.skin_counts, body.x, still, body.pushes, 1e-6, 1e-6, state.friction)
     gauges(0.0, state)
-    assert gauges.give == [pytest.approx(0.08, rel=0.02)]
+    assert gauges.deflection == [pytest.approx(0.08, rel=0.02)]
     for skin in np.unique(tools.skin[:, :4])[::7]:  # what falls to the faces around a node is all of its mass
         assert tools.skin_mass[tools.skin[:, :4] == skin].sum() == pytest.approx(body.mass[skin], rel=1e-12)
 

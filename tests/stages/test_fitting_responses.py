@@ -11,7 +11,7 @@ from fakes import TWO_FACTORS, FakeSolver
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.responses import work_until
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.record import of_the_table
+from stemcal.runs.record import curve_responses
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
@@ -65,9 +65,9 @@ def test_work_is_the_area_under_the_curve_from_first_touch() -> None:
     """A triangle of 100 N over 2 mm up to half-way, and the same with points before the touch."""
     assert work_until([0.0, 2.0], [0.0, 100.0], 2.0) == pytest.approx(100.0)
     assert work_until([-0.5, 0.0, 2.0], [0.0, 0.0, 100.0], 1.0) == pytest.approx(25.0)
-    told = of_the_table({"peak_travel": 1.0, "curve": {"travel": [0.0, 2.0], "force": [0.0, 100.0]}}, 8.0)
+    told = curve_responses({"peak_travel": 1.0, "curve": {"travel": [0.0, 2.0], "force": [0.0, 100.0]}}, 8.0)
     assert told == pytest.approx({"travel": 1.0, "work": 25.0})
-    assert of_the_table({"stroke_was_enough": True}, 8.0) == {}
+    assert curve_responses({"stroke_was_enough": True}, 8.0) == {}
 
 
 def test_travel_tells_what_the_force_leaves_free(tmp_path: Path) -> None:
@@ -182,7 +182,7 @@ def test_the_embedded_solver_finds_its_own_parameters(tmp_path: Path) -> None:
     answer = Embedded(study).solve(Request("rsm", 0, truth, 8.0))
     means = {"force": (answer.response or 0.0, "N")}
     means |= {
-        name: (of_the_table(answer.details, 8.0)[name], unit) for name, unit in (("travel", "mm"), ("work", "mJ"))
+        name: (curve_responses(answer.details, 8.0)[name], unit) for name, unit in (("travel", "mm"), ("work", "mJ"))
     }
     given = ", ".join(f"{name}: {value:.6f} {unit}" for name, (value, unit) in means.items())
     sd = ", ".join(f"{name}: {0.02 * value:.6f} {unit}" for name, (value, unit) in means.items())

@@ -2,7 +2,7 @@
 
 The user starts the cluster, by hand or with dask-jobqueue on Slurm or PBS. On a worker, each run has a separate
 process, as in `LocalExecutor`, so that a run that hangs or crashes does not affect the worker. If a worker is lost,
-Dask passes its runs to other workers. The processes compute for one command, and end with it if they can be notified.
+Dask passes its runs to other workers. The processes end with the command, if the connection to them is not lost.
 """
 
 import functools
@@ -27,7 +27,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 CONNECT_S = 10.0
-FAREWELL_S = 5.0  # time for notifying the workers that a command ends
+_DISCONNECT_S = 5.0  # time limit for notifying the workers that a command ends
 _LOUD = ("distributed", "tornado", "asyncio", "bokeh")
 _MOST_PROCESSES = 256
 _KILLED, _OF_DASK = ("KilledWorker", "NoValidWorkerError"), ("distributed", "tornado")
@@ -76,14 +76,14 @@ class DaskExecutor(RunExecutor):
         """Wait for the running calls, or end them on the workers; then disconnect. The cluster keeps running."""
         with suppress(Exception):  # the cluster may be lost
             self._tasks.shutdown(wait=wait and not cancel_futures)
-        _at_most(FAREWELL_S, lambda: self._client.run(_end_session, self._session))
-        _at_most(FAREWELL_S, self._client.close)
+        _at_most(_DISCONNECT_S, lambda: self._client.run(_end_session, self._session))
+        _at_most(_DISCONNECT_S, self._client.close)
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         self.shutdown(wait=kind is None)
 
     def _hand_over(self, future: Future[Any], task: Future[Any]) -> None:
-        """Copy the outcome of a Dask task to a future; a task that Dask has cancelled means a lost scheduler."""
+        """Copy the outcome of a Dask task to a future; if Dask has cancelled the task, the scheduler was lost."""
         if not future.set_running_or_notify_cancel():
             return
         try:
@@ -132,7 +132,7 @@ def _supervised(blob: bytes, time_limit: float | None, version: str, session: st
     return crew.submit_pickled(blob, time_limit).result()
 
 
-# On a worker: the processes of each command (session), one for each thread of the worker.
+# On a Dask worker: the processes of each command (session), one for each thread of the worker.
 _sessions: dict[str, LocalExecutor] = {}
 _ended: set[str] = set()
 
@@ -151,14 +151,14 @@ def _mismatch(worker: str, version: str, wanted: str) -> str:
     return f"{worker} uses stemcal {version}, but the study uses {wanted}; {advice}"
 
 
-def _at_most(seconds: float, farewell: Callable[[], object]) -> None:
-    """Call a function in a thread and wait for it at most for some seconds, since the cluster may not respond."""
+def _at_most(seconds: float, function: Callable[[], object]) -> None:
+    """Call a function in a thread and wait at most `seconds` for its end, since the cluster may not respond."""
 
     def try_it() -> None:
         with suppress(Exception):
-            farewell()
+            function()
 
-    thread = threading.Thread(target=try_it, name="farewell", daemon=True)
+    thread = threading.Thread(target=try_it, name="disconnect", daemon=True)
     thread.start()
     thread.join(seconds)
 

@@ -18,7 +18,7 @@ from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.formats import counted, series
 from stemcal.notes import Note, Remedy
-from stemcal.runs.answer import reasons_given
+from stemcal.runs.answer import failures_in_message
 from stemcal.runs.record import lower_bound_notes
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Solver
@@ -50,7 +50,7 @@ def rsm(work: Work, head: Head) -> RsmResult:
     outcomes = work.outcomes(requests)
     runs = runs_of(design, requests, outcomes)
     axis = over.condition_axis(study, names) if design.conditions else None
-    with reasons_given(requests, outcomes):
+    with failures_in_message(requests, outcomes):
         axis = axis and over.scaled(axis, study, design, runs.runs)
         fit, reduction = _fit_terms(study, design, runs.runs, axis)
     scales = _coding(study, names, coding)
@@ -151,7 +151,7 @@ def _at_condition(work: Work, target: Target, result: RsmResult, design: Design)
     outcomes = work.outcomes(requests)
     runs = [ConditionRun(run=request.row + 1, outcome=each) for request, each in zip(requests, outcomes, strict=True)]
     fits: dict[str, FitSummary] = {}
-    with reasons_given(requests, outcomes):
+    with failures_in_message(requests, outcomes):
         for name in (name for name in study.fitted_responses if name == FIRST or target.mean_of(name)[0]):
             if silent := [run.run for run in runs if run.outcome.ok and run.outcome.of(name) is None]:
                 raise RunsFailed(

@@ -18,7 +18,7 @@ from stemcal.doe.regression.surface import flat_response
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.formats import counted, signed_probability
 from stemcal.notes import Note
-from stemcal.runs.answer import reasons_given
+from stemcal.runs.answer import failures_in_message
 from stemcal.runs.record import lower_bound_notes
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Solver
@@ -39,7 +39,7 @@ def screen(work: Work, head: Head) -> ScreenResult:
     symbols = [factor.symbol for factor in study.factors]
     requests = design.requests(study.targets.calibrate_at)
     outcomes = work.outcomes(requests)
-    with reasons_given(requests, outcomes):
+    with failures_in_message(requests, outcomes):
         runs = runs_of(design, requests, outcomes)
         screenings = {}
         for name in (FIRST, *study.own_further):
