@@ -37,7 +37,7 @@ class _TestedMean(Spread):
 
 
 @dataclass(frozen=True)
-class MeasuredTests:
+class _MeasuredTests:
     """The means of all tests, notes on them, and the targets of each test as rows of YAML."""
 
     means: Rows[_TestedMean]
@@ -48,7 +48,7 @@ class MeasuredTests:
 
 def measure_tests(
     study: Study, folder: Path, how: CurveOptions = CurveOptions(), exclude: Collection[str] = ()
-) -> MeasuredTests:
+) -> _MeasuredTests:
     """Evaluate the curves in the subfolder of each test; the specimens in `exclude` (TEST/SPECIMEN) are left out."""
     there = [test for test in study.tests if (folder / test.name).is_dir()]
     if not there:
@@ -71,7 +71,7 @@ def measure_tests(
     skipped = [Note("folder_skipped", "info", text) for text in texts]
     notes = [note_on((name,), note) for name, tests in read.items() for note in tests.all_notes()]
     means = Rows(mean for test in there for mean in _means(test, read[test.name]))
-    return MeasuredTests(
+    return _MeasuredTests(
         means,
         (*skipped, *notes),
         any(tests.synthetic for tests in read.values()),
@@ -177,7 +177,7 @@ def shear_tables(tests: ShearTests) -> list[Table]:
     ]
 
 
-def tests_table(tests: MeasuredTests) -> Table:
+def tests_table(tests: _MeasuredTests) -> Table:
     """Return a table of the means measured in laboratory tests."""
     columns = [
         Column("test", "Test"),

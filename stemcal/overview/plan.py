@@ -25,7 +25,7 @@ from stemcal.stages.stage import stages_of
 from stemcal.storage.rows import Rows
 from stemcal.study.model.study import Study
 
-_MOST_RECORDS = 50  # most records from which the time of a run is estimated
+_MOST_RECORDS = 50  # largest number of records from which the time of a run is estimated
 
 Source = Literal["none", "by_hand", "guess", "recorded"]
 """Source of the computing times: unknown, unknown for manual runs, estimate of the solver, or recorded runs."""
@@ -45,7 +45,7 @@ class _Costs:
 
 @dataclass(frozen=True)
 class _PlannedStage:
-    """The runs of a stage, their computing time on one core (s), and the `memory` of the largest (bytes)."""
+    """The runs of a stage, their computing time on one core (s), and the `memory` of the largest run (bytes)."""
 
     stage: str
     rows: int
@@ -60,10 +60,10 @@ class _PlannedStage:
 class Plan:
     """The runs of a study that remain, with their estimated cost.
 
-    seconds         computing time of all runs on one core, s; `tests` contains its share for each test
+    seconds         computing time of these runs on one core, s; `tests` contains the part of each laboratory test
     memory          memory of the largest run, bytes
     source          source of the times, with the number of `recorded_runs` if they are from records
-    elapsed         time of the whole study with `workers` parallel runs, s; adaptive stages have their usual number
+    elapsed         time of the whole study with `workers` parallel runs, s; adaptive stages count with their usual runs
     """
 
     schema_version: int
@@ -98,7 +98,7 @@ def plan(
     spent = [] if costs.of is None else [list(map(costs.of, runs)) for runs in (*left, *rounds)]
     notes: list[Note] = [part.note for part in wanted if part.note is not None]
     notes += [runs.note for runs in later]
-    notes += [note for part in wanted if part.design is not None for note in judged(part.design)]
+    notes += [note for part in wanted if part.design is not None for note in design_notes(part.design)]
     return Plan(
         1,
         "plan",
@@ -136,7 +136,7 @@ def _count(
     return _PlannedStage(part.stage, *counts, seconds, max(memory, default=None))
 
 
-def judged(design: Design) -> Iterator[Note]:
+def design_notes(design: Design) -> Iterator[Note]:
     """Yield a note on the terms that a design cannot estimate, or on the aliases of its main effects."""
     terms = ("1", *design.names) if design.order == 1 else term_names(design.names)
     if lost := not_estimable(term_columns(design.coded)[:, : len(terms)], terms):

@@ -48,7 +48,7 @@ class StageStatus:
 
 @dataclass(frozen=True)
 class Status:
-    """Progress and verdict of a study, the process that works in its folder, and the path of its run sheet."""
+    """Progress and verdict of a study, the process that uses its folder (`working`), and the path of its run sheet."""
 
     schema_version: int
     stage: str
@@ -106,7 +106,7 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
 
 
 def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch = watch_nothing) -> list[LedgerRow]:
-    """Repeat the failed runs and return them; a record is replaced when the new answer is complete."""
+    """Repeat the failed runs and return them; a record is replaced when the new result is complete."""
     with folder:
         failed = {e.key: e for e in reversed(ledger(study, folder)) if e.status == "failed"}
         chosen = list(reversed(failed.values()))

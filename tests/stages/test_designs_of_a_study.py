@@ -9,7 +9,7 @@ from fakes import FakeSolver, lines, make_study
 
 from stemcal.doe.coding import Coding
 from stemcal.errors import SpecError, UsageError
-from stemcal.overview.plan import judged, plan
+from stemcal.overview.plan import design_notes, plan
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.record import Outcome
 from stemcal.runs.study_folder import StudyFolder
@@ -145,7 +145,7 @@ def test_plan_shows_aliases_and_terms_without_an_estimate(tmp_path: Path) -> Non
     assert any(note["kind"] == "partly_aliased" for note in planned["notes"])
     axes = np.vstack([np.zeros((1, 2)), np.eye(2), -np.eye(2)])
     coding = Coding(("a", "b"), (0.0, 0.0), (1.0, 1.0))
-    (found,) = judged(Design("rsm", "given", coding, axes, ({},) * 5))
+    (found,) = design_notes(Design("rsm", "given", coding, axes, ({},) * 5))
     assert found.kind == "cannot_estimate" and "5 runs" in found.text and "a:b" in found.text
 
 

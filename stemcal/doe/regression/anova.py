@@ -80,7 +80,7 @@ _FULL_LEVERAGE = 1.0 - 1e-9  # a run with leverage 1 is always fitted exactly, s
 
 
 @dataclass(frozen=True)
-class RunDiagnostics:
+class _RunDiagnostics:
     """Diagnostics of one run (number from 1); `studentised` is the externally studentised residual (R-student)."""
 
     run: int
@@ -92,7 +92,7 @@ class RunDiagnostics:
     cooks_distance: float | None
 
 
-def _run_diagnostics(fit: LeastSquares, rows: Sequence[int]) -> Iterator[RunDiagnostics]:
+def _run_diagnostics(fit: LeastSquares, rows: Sequence[int]) -> Iterator[_RunDiagnostics]:
     p, s2, residual_ss, df = fit.matrix.shape[1], fit.mean_square, fit.residual_ss, fit.df
     fitted, exact = (fit.response - fit.residuals).tolist(), fit.exact
     columns = fit.response.tolist(), fitted, fit.residuals.tolist(), fit.leverage.tolist()
@@ -104,7 +104,7 @@ def _run_diagnostics(fit: LeastSquares, rows: Sequence[int]) -> Iterator[RunDiag
             variance = (residual_ss - e**2 / free) / (df - 1) if df > 1 else 0.0
             studentised = e / (variance * free) ** 0.5 if variance > 0.0 else None
             cooks = e**2 * h / (p * s2 * free**2)  # e²·h/(p·s²·(1 − h)²)
-        yield RunDiagnostics(int(row), response, value, e, h, studentised, cooks)
+        yield _RunDiagnostics(int(row), response, value, e, h, studentised, cooks)
 
 
 def _press(fit: LeastSquares) -> float | None:
@@ -141,7 +141,7 @@ class FitStatistics:
     cv_percent: float | None
     lack_of_fit_testable: bool
     runs_failed: int
-    runs_diagnostics: Rows[RunDiagnostics] = Rows()
+    runs_diagnostics: Rows[_RunDiagnostics] = Rows()
 
 
 def _coefficients_of(fit: LeastSquares, terms: Sequence[str]) -> tuple[Coefficient, ...]:

@@ -36,7 +36,7 @@ class OptimiseShowing(Showing[OptimiseResult]):
             "Pareto front on the response surfaces (line), runs of the design (grey), and the simulated optimum and "
             "present cutter. On the front, one response improves only if the other gets worse."
         )
-        return [Plot("pareto-front", "optimise", text, partial(draw_front, result, setting.results.of(RsmResult)))]
+        return [Plot("pareto-front", "optimise", text, partial(_draw_front, result, setting.results.of(RsmResult)))]
 
 
 def _levels_table(result: OptimiseResult, names: Wording) -> Table:
@@ -79,8 +79,8 @@ def _confirmation(result: OptimiseResult, name: str) -> Table:
     return Table.of(columns, rows, f"Confirmation by simulation: {result.naming.named(name).long}", (foot,))
 
 
-def draw_front(result: OptimiseResult, surface: RsmResult | None) -> Figure:
-    """Draw the front in the plane of both responses."""
+def _draw_front(result: OptimiseResult, surface: RsmResult | None) -> Figure:
+    """Draw the Pareto front, design runs, optimum and present cutter in the plane of both responses."""
     x, y = result.gain_percent
     with new_figure(height=3.4) as figure:
         axes = figure.add_subplot()

@@ -16,15 +16,15 @@ from stemcal.study.types.factor import Factor
 from stemcal.study.types.units import convert, fits, from_internal
 from stemcal.vocabulary import DIAMETER, FIRST
 
-_WIDEST = 20.0  # a level changes at most by this factor, or by so many widths of a range with levels below zero
+_WIDEST = 20.0  # largest factor on a level; in a range with levels below zero, largest change in range widths
 _INSIDE = 0.85  # share of the radius of the design region within which required levels are placed
-_WEAK, _LEAST = 0.1, 1e-3  # relative size of an effect that is not used; smallest ratio of simulated to measured
+_WEAK, _LEAST = 0.1, 1e-3  # effects below this share of the largest are ignored; least simulated/measured
 _CLOUD = 9
 _MOST_AVERAGED = 100  # largest number of replicates in a spec
 
 
 def reach(surface: Surfaces) -> tuple[float, float]:
-    """Return the lowest and highest response of a surface within ranges, design region and constraints."""
+    """Return the lowest and highest response of a surface inside the factor ranges and the design region."""
     low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, surface.region))
     return float(low[0]), float(high[0])
 
@@ -53,10 +53,11 @@ def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float], joint
 
 
 def _power_laws(study: Study, surface: Surfaces, start: Array) -> tuple[Array, Array]:
-    """Return the effect of each factor on each mean, (n, k), and the change that is missing at a point, (n,).
+    """Return the effect of each factor on each mean, (n, k), and the missing change of each mean at a point, (n,).
 
-    Each response is a power law of the factors through its value at the point, fitted to its surface in the region: a
-    slope is nearly proportional to a modulus. Factors with levels below zero enter linearly.
+    Both are in logarithms of the response. Each response is described by a power law of the factors, which has the
+    value of its surface at the point and is fitted to the surface elsewhere. Factors with levels below zero enter
+    linearly. The law is nearly exact for the slope of a test, which is proportional to a modulus.
     """
     cloud = np.vstack([start, surface.region.cloud(_CLOUD)])
     each = zip(map(study.factor, surface.names), surface.scales.to_natural(cloud).T, strict=True)
@@ -91,7 +92,7 @@ def _to_contain(study: Study, surface: Surfaces, start: Array, steps: Sequence[f
         elif step and side < -most:
             low = (2.0 * level - high * (1.0 - most)) / (1.0 + most)
             if factor.low >= 0.0 and low < (least := max(min(0.5 * level, factor.low), lowest)):
-                low, high = least, min((2.0 * level - least * (1.0 + most)) / (1.0 - most), high)  # not centred
+                low, high = least, min((2.0 * level - least * (1.0 + most)) / (1.0 - most), high)  # off centre
         limits += [(factor, "low", low)] if low < factor.low else []
         limits += [(factor, "high", high)] if high != factor.high else []
     return _limits(study, limits) if limits else None
@@ -113,7 +114,7 @@ def widened(study: Study, factor: Factor, up: bool, width: float) -> Remedy:
 
 
 def _limits(study: Study, limits: Sequence[tuple[Factor, Literal["low", "high"], float]]) -> Remedy:
-    """Return the remedy to set limits of factor ranges; a limit beyond the plausible range goes half-way to it."""
+    """Return the remedy to set limits of factor ranges; instead of a limit that is not plausible, half the change."""
     texts, edits = [], dict[str, str]()
     for factor, key, limit in limits:
         old, end = getattr(factor, key), _plausible(study, factor)[key == "high"]
@@ -162,7 +163,7 @@ def measure_more(study: Study) -> Remedy:
 
 
 def to_smooth(study: Study, surface: Surfaces, levels: Mapping[str, float] | None) -> Remedy:
-    """Return the remedy for a poor quadratic: more runs, else half the ranges; and averaging of a rough response."""
+    """Return the remedy for a poor quadratic: more runs or smaller ranges, and averages over replicates if possible."""
     if len(surface.design.runs) < 4 * len(surface.coefficients) or levels is None:
         remedy = more_runs(surface)
     else:

@@ -63,7 +63,7 @@ def _to_transverse(
     """Return the remedy: `material.transverse` with the modulus across as a factor; `along` and `across` in MPa."""
     levels, ratio = {**study.midlevels(), **solution}, "poisson_ratio"
     nu = study.factor(ratio).high if ratio in study.names else study.parameters(levels)[ratio]
-    most = 0.95 * (1.0 - nu) / (2.0 * nu * nu) * along / _WIDER if nu else inf  # stiffness stays positive definite
+    most = 0.95 * (1.0 - nu) / (2.0 * nu * nu) * along / _WIDER if nu else inf  # keeps the stiffness positive definite
     if not study.kind.has_layers or across > most:
         return Remedy("Check the units of both slopes, and the specimens of both tests.")
     factors, material = [f"{{name: {_ACROSS}, unit: MPa, {_range(across, most)}}}"], "transverse: {}"

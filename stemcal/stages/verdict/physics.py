@@ -27,7 +27,7 @@ _DETAILS: dict[DoubtKind, str] = {
 }
 MOST_DOUBTFUL = 0.1  # share of doubtful runs from which they are reported
 WARNED = frozenset({"hourglass_energy", "inertia_in_force", "energy_drifts", "stroke_too_short"})
-"""Kinds of the warnings of single runs that correspond to these doubts."""
+"""Kinds of warnings of single runs that the verdict reports as doubts."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Doubt:
 
 @dataclass(frozen=True)
 class Physics:
-    """Numbers of checked and of doubtful runs; doubts about any runs, and about the runs `at_solution`."""
+    """Numbers of checked and of doubtful runs; doubts about any of them, and about the runs `at_solution`."""
 
     checked: int
     doubtful: int
@@ -72,7 +72,7 @@ def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
     sizes: dict[DoubtKind, list[float | None]] = defaultdict(list)
     for kind, size in (pair for doubts in checked for pair in doubts.items()):
         sizes[kind].append(size)
-    spared = max(ceil(MOST_DOUBTFUL * len(checked)) - 1, 0)
+    spared = max(ceil(MOST_DOUBTFUL * len(checked)) - 1, 0)  # number of runs that may stay doubtful
     gathered = []
     for kind, each in sizes.items():
         worst = sorted(filter(None, each), reverse=True)
@@ -96,7 +96,7 @@ def _doubts(details: Mapping[str, Any]) -> _Doubts | None:
     if not sizes and "stroke_was_enough" not in details:
         return None
     if details.get("added_mass_percent", inf) <= NEGLIGIBLE_MASS:
-        sizes.pop("inertia", None)  # without added mass the inertia is real
+        sizes.pop("inertia", None)  # without added mass, inertia is a physical part of the force
     doubts: _Doubts = {kind: value for kind, value in sizes.items() if value > LIMITS[kind]}
     return doubts | ({"stroke": None} if details.get("stroke_was_enough") is False else {})
 
@@ -190,7 +190,7 @@ def _time_step(solver: Any, part: float) -> dict[str, str]:
 def _hourglass(solver: Any, worst: float, part: float) -> Remedy:
     """Return the element size that reduces the hourglass energy, at least proportional to it, below the limit.
 
-    With elements finer by a factor a there are a³ as many, and a steps for one; a fixed time step is reduced as well.
+    Elements smaller by a factor a are a³ times as many and need a times as many steps; a fixed time step is reduced.
     """
     limit, size = LIMITS["hourglass"], solver.element_size
     finer = worst / limit

@@ -31,7 +31,7 @@ _CLOUD = 8
 
 @dataclass(frozen=True)
 class Change:
-    """θ = `value` (d/d₀)^`exponent`, and the largest error predicted, in percent."""
+    """Growth of a factor, θ = `value` (d/d₀)^`exponent`, and the largest error (%) that is predicted with it."""
 
     factor: str
     value: float
@@ -113,7 +113,7 @@ def trend_reason(
 
 
 def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Change]:
-    """Return the two best changes that reduce the largest error enough, the better one first."""
+    """Return the two best changes that reduce the largest error to `_BETTER` of its value, the better one first."""
     changes = [change for name in may_grow if (change := _growing(fitted, name)) is not None]
     enough = [
         change for change in changes if change.worst_percent <= _BETTER * _worst(fitted.predicted, fitted.measured)
@@ -122,7 +122,7 @@ def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Change]:
 
 
 def _growing(fitted: Fitted, factor: str) -> Change | None:
-    """Return the exponent of a parameter that fits all forces best; None if it has no positive levels."""
+    """Return the growth of a parameter that fits all forces best; None if the parameter has no positive levels."""
     from scipy.optimize import minimize
 
     j, centre, half = fitted.coding.names.index(factor), fitted.coding.centre, fitted.coding.half_step
@@ -166,7 +166,7 @@ def _worst(forces: Array, measured: Array) -> float:
 
 
 def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
-    """Return the remedy for a trend: the two best changes, or what to check in another program."""
+    """Return the remedy for a trend: the two best changes or, if there are none, things to check."""
     if not study.kind.simulates_stems:
         noun = Wording(study.naming).condition.noun
         return Remedy(
