@@ -172,5 +172,5 @@ def repeated(*groups: tuple[float | None, ...]) -> DesignRuns:
 def test_only_runs_that_all_agree_have_no_pure_error(
     groups: tuple[tuple[float | None, ...], ...], equal: bool | None
 ) -> None:
-    note = _pure_error_of(repeated(*groups), Wording(), by_chance=False)
+    note = _pure_error_of(repeated(*groups), Wording(), replicated=False)
     assert (None if note is None else note.kind == "equal_repeats") == equal
