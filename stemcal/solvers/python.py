@@ -135,8 +135,9 @@ def _number(returned: object, name: str) -> float:
     if not isinstance(returned[name], Real) or isinstance(returned[name], bool):
         message = f"the returned {name} is of type {type(returned[name]).__name__}, not a number"
         raise SimulationFailed("bad_result", message)
-    value = returned[name]  # float() fails for integers of 400 digits
-    return math.inf if abs(value) > 1e308 else float(value)
+    with suppress(OverflowError):
+        return float(returned[name])
+    return math.inf  # an integer of 400 digits
 
 
 def _roots(study: Study) -> list[Path]:
@@ -222,12 +223,10 @@ def _new_object(options: PythonSolver, code: str) -> Any:
 
 def _accepts(function: Any, count: int) -> bool:
     """Check that a function can be called with a number of arguments; true if its signature is unknown."""
-    if not callable(function):
-        return False
     with suppress(ValueError):  # compiled functions may have no signature
         try:
             inspect.signature(function).bind(*range(count))
-        except TypeError:
+        except TypeError:  # also if it is not a function
             return False
     return True
 

@@ -245,3 +245,138 @@ def test_workers_compute_it(tmp_path: Path) -> None:
     with StudyFolder(tmp_path / "out") as folder, LocalExecutor(1) as executor:
         answers = answer_all([REQUEST], solver, folder, executor)
     assert [answer.response for answer in answers] == [120.0]
+
+
+# ---- what `solve` may return, and what loading a class leaves behind
+
+
+@pytest.mark.parametrize(
+    ("returned", "found"),
+    [
+        ("{'force': 3}", 3.0),
+        ("{'force': __import__('fractions').Fraction(3, 2)}", 1.5),
+        ("{'force': __import__('numpy').float32(0.5)}", 0.5),
+        ("{'force': 1e308}", 1e308),
+        ("{'force': -10**400}", float("inf")),
+        ("{'force': True}", "the returned force is of type bool, not a number"),
+        ("{'force': None}", "the returned force is of type NoneType, not a number"),
+        ("{'force': 1j}", "the returned force is of type complex, not a number"),
+        ("{}", "`solve` returned no force; return a mapping such as {'force': 12.5}"),
+        ("12.5", "`solve` returned no force; return a mapping such as {'force': 12.5}"),
+        ("['force']", "`solve` returned no force; return a mapping such as {'force': 12.5}"),
+    ],
+)
+def test_returned_numbers(tmp_path: Path, returned: str, found: float | str) -> None:
+    code = f"class Mine:\n    def solve(self, levels, condition):\n        return {returned}\n"
+    answer = make_solver(study_of(tmp_path, code)).solve(REQUEST)
+    if isinstance(found, float):
+        assert (answer.status, answer.response, answer.message) == ("ok", found, "")
+    else:
+        reason = "no_result" if "no force" in found else "bad_result"
+        assert (answer.status, answer.reason, answer.message) == ("failed", reason, found)
+
+
+@pytest.mark.parametrize(
+    ("signature", "replicates", "fits"),
+    [
+        ("self, levels, condition", False, True),
+        ("self, levels, condition", True, False),
+        ("self, levels, condition, seed", True, True),
+        ("self, levels, condition, seed", False, False),
+        ("self, levels, condition, seed=0", False, True),
+        ("self, *given", True, True),
+        ("self, levels", False, False),
+    ],
+)
+def test_arguments_of_solve_are_checked_before_a_study(
+    tmp_path: Path, signature: str, replicates: bool, fits: bool
+) -> None:
+    code = f"class Mine:\n    def solve({signature}): return {{'force': 1}}\n"
+    solver = make_solver(study_of(tmp_path, code, solver=", replicates: 2" if replicates else ""))
+    if fits:
+        assert solver.solve(REQUEST).response == 1.0
+        return
+    seed = ", seed" if replicates else ""
+    answer = solver.solve(REQUEST)
+    message = f"the class Mine cannot be loaded: it has no method `solve(self, levels, condition{seed})`"
+    assert (answer.reason, answer.message) == ("raised", f"solver.file mine.py: {message}")
+
+
+def test_a_compiled_function_without_a_signature_may_solve(tmp_path: Path) -> None:
+    code = "class Mine:\n    solve = staticmethod(max)\n"
+    answer = make_solver(study_of(tmp_path, code)).solve(REQUEST)
+    assert answer.reason == "raised" and "TypeError" in answer.message
+    answer = make_solver(study_of(tmp_path, "class Mine:\n    solve = 5\n")).solve(REQUEST)
+    assert "it has no method `solve" in answer.message
+
+
+def test_identity_has_what_determines_an_answer_and_no_more(tmp_path: Path) -> None:
+    (tmp_path / "law_a.py").write_text("", encoding="utf-8")
+    plain = make_solver(study_of(tmp_path, SOLVER)).identity(REQUEST)
+    code = plain["code"]
+    assert plain == {"solver": "python", "code": code, "class": "Mine", "levels": LEVELS, "condition": 8.0}
+    numbered = Request("screen", 0, LEVELS, 8.0, replicate=2)
+    chance = make_solver(study_of(tmp_path, SOLVER, solver=", replicates: 2"))
+    assert chance.identity(numbered) == {**plain, "replicate": 2, "seed": seed_of(numbered)}
+    assert chance.identity(REQUEST) == {**plain, "seed": seed_of(REQUEST)}
+    importing = make_solver(study_of(tmp_path, "import law_a\n" + SOLVER)).identity(REQUEST)
+    assert list(importing["inputs"]) == ["law_a.py"] and importing["code"] != code
+
+
+def test_inputs_have_their_path_in_the_folder_of_the_spec_and_others_their_name(tmp_path: Path) -> None:
+    (tmp_path / "spec" / "sub").mkdir(parents=True)
+    (tmp_path / "law_c.py").write_text("", encoding="utf-8")
+    (tmp_path / "spec" / "sub" / "law_b.py").write_text("", encoding="utf-8")
+    study = study_of(tmp_path / "spec", "import sub.law_b\nfrom ..law_c import K\n" + SOLVER)
+    assert sorted(make_solver(study).identity(REQUEST)["inputs"]) == ["law_c.py", "sub/law_b.py"]
+
+
+def test_a_class_leaves_nothing_in_the_search_path_and_the_next_one_has_its_own_modules(tmp_path: Path) -> None:
+    """Two studies with a module of the same name in one process, and a class that adds a folder to the path."""
+    code = "import sys, named_alike\nsys.path.append('/added/by/mine')\n" + SOLVER.replace(
+        'levels["yield_stress"] * condition', "named_alike.K"
+    )
+    before = list(sys.path)
+    found = []
+    for folder, value in ((tmp_path / "one", 1.0), (tmp_path / "two", 2.0)):
+        folder.mkdir()
+        (folder / "named_alike.py").write_text(f"K = {value}\n", encoding="utf-8")
+        solver = make_solver(study_of(folder, code))
+        found += [solver.solve(REQUEST).response, solver.solve(REQUEST).response]
+    added = [place for place in sys.path if place not in before]
+    sys.path[:] = before
+    assert found == [1.0, 1.0, 2.0, 2.0] and set(added) == {"/added/by/mine"}
+    assert str(tmp_path / "two") not in before
+
+
+def test_one_object_answers_until_a_file_changes(tmp_path: Path) -> None:
+    code = "class Mine:\n    n = 0\n    def solve(self, levels, condition):\n"
+    code += "        self.n += 1\n        return {'force': self.n}\n"
+    solver = make_solver(study_of(tmp_path, code))
+    assert [solver.solve(REQUEST).response for _ in range(3)] == [1.0, 2.0, 3.0]
+    other = make_solver(study_of(tmp_path, code + "# changed\n"))
+    assert [other.solve(REQUEST).response, solver.solve(REQUEST).reason] == [1.0, "input_changed"]
+    other.get_ready()
+    assert other.solve(REQUEST).response == 2.0
+    broken = make_solver(study_of(tmp_path, "raise ValueError('no licence')\n"))
+    broken.get_ready()  # the reason is reported by the run
+    assert "ValueError: no licence" in broken.solve(REQUEST).message
+
+
+def test_a_module_that_appears_during_a_run_is_refused(tmp_path: Path) -> None:
+    """Its name is computed, so its changes would be unnoticed; a module in a Python environment is none of them."""
+    for name in ("hidden_law.py", "env/site-packages/installed_law.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("K = 1.0\n", encoding="utf-8")
+    code = "import importlib, sys\nclass Mine:\n    def solve(self, levels, condition):\n"
+    code += "        name = 'hidden' + '_law'\n        importlib.import_module(name)\n        return {'force': 1}\n"
+    answer = make_solver(study_of(tmp_path, code)).solve(REQUEST)
+    message = "the import of hidden_law.py cannot be traced; add `files: [hidden_law.py]` under `solver`"
+    assert (answer.reason, answer.message) == ("unknown_input", message)
+    installed = code.replace("'hidden' + '_law'", "'installed' + '_law'").replace(
+        "class", f"sys.path.append({str(tmp_path / 'env' / 'site-packages')!r})\nclass", 1
+    )
+    before = list(sys.path)
+    answer = make_solver(study_of(tmp_path, installed)).solve(REQUEST)
+    sys.path[:] = before
+    assert (answer.response, answer.message) == (1.0, "")
