@@ -1,6 +1,6 @@
 """Compare measured with simulated responses over the stem diameter or another condition, and with a power law.
 
-If the model predicts forces no better than F = a·dᵇ fitted to the same measurements, they are no evidence for its
+If the model predicts forces no better than F = a·dᵇ fitted to the same measurements, its predictions do not confirm its
 mechanics. The power law minimises Σ((F_d − a·dᵇ)/F_d)²; for each exponent b, a = Σr/Σr² with r = dᵇ/F_d.
 """
 

@@ -43,8 +43,6 @@ def fold_over(coded: Array) -> Array:
     return np.vstack([coded, 0.0 - coded])
 
 
-# ---- designs for a response surface
-
 # Blocks of a Box–Behnken design: the factors (from 1) that vary together while all others are at the centre.
 _BLOCKS: dict[int, tuple[tuple[int, ...], ...]] = {
     **{k: tuple(combinations(range(1, k + 1), 2)) for k in (3, 4, 5)},

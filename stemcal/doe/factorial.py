@@ -81,7 +81,7 @@ def full_factorial(k: int) -> Array:
 
 
 def fraction(k: int, runs: int | None = None, resolution: int = 4) -> Fraction:
-    """Return the fraction of least aberration for k factors with `runs` runs, or the smallest of this `resolution`."""
+    """Return the fraction of least aberration for k factors, with `runs` runs or the fewest for this `resolution`."""
     sizes = [runs] if runs is not None else sorted({2**k, *GENERATORS}) if k <= 12 else sorted(GENERATORS)
     for size in sizes:
         chosen = _fraction(k, size)

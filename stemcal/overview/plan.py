@@ -84,7 +84,7 @@ class Plan:
 def plan(
     study: Study, folder: StudyFolder | None = None, solver: Solver | None = None, workers: int | None = None
 ) -> Plan:
-    """Return the runs of every stage and their cost with a number of workers, by default all cores."""
+    """Return the runs of every stage and their cost with this number of `workers`, by default one per core."""
     solver, workers = solver or make_solver(study), workers or available_cores()
     wanted = asked(study, solver, folder)
     costs = costs_of(solver, folder, Request("plan", 0, study.midlevels(), study.targets.calibrate_at))

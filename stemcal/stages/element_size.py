@@ -30,7 +30,7 @@ _LOWEST, _HIGHEST = 1e-3, 2.0  # range of the failure strain
 _FEWEST_POSITIONS, _MOST_POSITIONS = 5, 50
 _MOST_RUNS = 12
 _LONGER_STROKE = 3.0  # factor on the stroke, which must be longer without lengths to reach the same force
-_FIRST_SLOPE = 0.5  # first estimate of ∂ ln F/∂ ln ε
+_FIRST_SLOPE = 0.5  # first estimate of ∂ ln(force)/∂ ln(failure strain)
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def strain_of(work: Work, size: float) -> SizedStrain:
 
 
 def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float, positions: int) -> SizedStrain:
-    """Search the failure strain; the force of a failure strain is the mean over `positions` of the mesh."""
+    """Search the failure strain; its force is the mean over this number of mesh `positions`."""
     from stemcal.solvers.embedded import Embedded, meshed_as  # slow to import; a table is shown without it
 
     meshed = meshed_as(there, size)

@@ -121,7 +121,7 @@ class FitSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class ConditionRun(Spread):
-    """One run of the design of the surface at another condition."""
+    """One run of the response surface design at a condition of a joint fit."""
 
     run: int
     outcome: Outcome = inline()
@@ -146,9 +146,10 @@ class ConditionAxis:
     """The condition as the last coordinate of one surface over factors and conditions.
 
     Its coded value is (ln d − center)/half_step if `logarithmic`, otherwise (d − center)/half_step. `at` is the
-    condition of the calibration. `growing` maps a factor that grows with a power of the condition, if the exponent is a
-    factor too, to this exponent and the reference condition. `logarithms` are responses whose logarithm is fitted.
-    `left_out_percent` maps a response to the root-mean-square errors of left-out runs: of it and of its logarithm.
+    condition of the calibration. A factor may grow with a power of the condition: if the exponent is a factor too,
+    `growing` maps the name of the first to that of the exponent and the reference condition. `logarithms` are responses
+    whose logarithm is fitted. `left_out_percent`: for each response, the errors of left-out runs (root mean square) in
+    a fit to the response and in a fit to its logarithm.
     """
 
     name: str
@@ -243,7 +244,7 @@ class Surfaces(StageResult):
 
 
 def fitted_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Array, Array]] = ()) -> list[AnySurface]:
-    """Return a surface for each measured mean, which is also fitted to `further` points (coded) and their responses."""
+    """Return the surface of each measured mean, also fitted to `further` points (coded) with the responses there."""
     means = measured_means(study)
     if surface.over is not None:
         points: dict[str, list[tuple[float, Array, float]]] = {mean.response: [] for mean in means}

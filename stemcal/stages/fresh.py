@@ -144,7 +144,7 @@ def _by_hand(study: Study, stage: str) -> bool:
 
 
 def head_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> Head:
-    """Return the head of a stage's file; log what has changed since it was last written."""
+    """Return the head for a new stage file; log the inputs that changed since the old file."""
     with suppress(UsageError):
         if folder.has_stage(stage) and (changed := changes_since(study, solver, folder, stage)):
             logger.warning("%s is recomputed (changed: %s)", stage, ", ".join(changed))

@@ -113,7 +113,7 @@ class Judged:
 class Prediction:
     """Largest error of the model for values that were not fitted, and the errors of a power law (`formula`) for them.
 
-    The values were held out at `conditions`; in cross-validation, each value of `in_turn` (a name) was left out.
+    The values were held out at `conditions`, or left out in a cross-validation: one `in_turn`, e.g. a stem diameter.
     """
 
     worst_percent: float

@@ -44,7 +44,7 @@ class Work:
         return read_result(self.folder, next((candidate for candidate in kinds if issubclass(candidate, kind)), kind))
 
     def outcomes(self, requests: Sequence[Request]) -> list[Outcome]:
-        """Return recorded or computed outcomes; `UsageError` if the repeated first run differs unexpectedly."""
+        """Return recorded or computed outcomes; `UsageError` if a repeated first run gives another response."""
         if again := second_time(self.study, requests):
             first, second = (outcome.response for outcome in self._answered(again))
             if first is not None and second is not None and abs(first - second) > SAME * max(abs(first), abs(second)):
@@ -110,7 +110,7 @@ def repeats_itself(study: Study) -> bool:
 
 
 def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:
-    """Return the first run and its repetition, to detect a stochastic program; nothing if there is no need to."""
+    """Return the first run and its repetition, to detect a stochastic program; empty if not needed."""
     known = study.kind.of_spec_alone or not repeats_itself(study)
     if known or not requests or stage_called(requests[0].stage).needs(study) is not None:
         return []

@@ -181,7 +181,7 @@ class Fit:
 
     @cached_property
     def p_value(self) -> float | None:
-        """The p-value of the least misfit; None without degrees of freedom, or if the misfit gave the scatter."""
+        """The p-value of the least misfit; None without degrees of freedom, or if the scatter is estimated from it."""
         from scipy.special import chdtrc
 
         if self.errors.scatter != "misfit":

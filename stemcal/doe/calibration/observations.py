@@ -82,7 +82,7 @@ def variances(squared: Array, df: Array, uniform: Uniforms) -> Array:
 
 
 def _alike(s2: Array, df: Array, uniform: Uniforms) -> tuple[Array, Array]:
-    """Draw d₀ and τ² on a grid from p ∝ Π f(s²/τ²; df, d₀)/τ²: f is the F density, ln τ a priori uniform."""
+    """Draw d₀ and τ² on a grid from p ∝ Π f(s²/τ²; df, d₀)/τ²: f is the F density, and ln τ uniform a priori."""
     from scipy.special import betaln
 
     apart = np.linspace(0.0, _MOST_APART, _SHAPES)

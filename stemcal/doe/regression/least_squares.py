@@ -137,7 +137,7 @@ def same_points(coded: Array) -> NDArray[np.int64]:
 
 
 def copies_of(coded: Array, response: Array) -> Mask:
-    """Return a mask of the runs that are copies of earlier ones; it is empty if responses at the same point differ."""
+    """Return a mask of the runs that are copies of earlier ones; all False if runs at the same point differ."""
     present, copies = np.isfinite(response), np.zeros(len(response), dtype=bool)
     y = response[present]
     if not y.size:

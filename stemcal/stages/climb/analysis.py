@@ -108,7 +108,7 @@ def _rows(
 
 
 def _around(study: Study, name: str, level: float, k: int) -> CodedScale:
-    """Return the coding of a design that covers a share of the range about a level, inside the range."""
+    """Return the coding of a design over `_SHARE` of a range: centred at a level, or shifted to stay in the range."""
     factor, reach = study.factor(name), study.of(RsmOptions).reach(k)
     span = _SHARE * factor.half_range
     center = min(max(level, factor.low + span), factor.high - span)

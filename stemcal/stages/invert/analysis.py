@@ -170,6 +170,6 @@ def _value(coding: Coding, j: int, coded: float) -> float:
 
 
 def _changes_along(coding: Coding, direction: Array) -> dict[str, float]:
-    """Return the changes of the factors (their units) along a coded direction, scaled to at most a half step."""
+    """Return the change of each factor (in its unit) along a coded direction whose largest component is set to 1."""
     steps = zip(coding.names, certainty.moved_together(direction), coding.half_step, strict=True)
     return {name: part * half_step for name, part, half_step in steps if part != 0.0}

@@ -171,5 +171,5 @@ def fitted_together(study: Study) -> tuple[Target, ...]:
 
 
 def chose_conditions(study: Study) -> bool:
-    """Whether the spec lists the conditions to fit, which no advice should then change."""
+    """Whether the spec lists the conditions to fit; advice must not change such a list."""
     return study.of(InvertOptions).conditions not in (None, "all")

@@ -42,7 +42,7 @@ class Point:
 
 @dataclass(frozen=True)
 class ProfileCurve:
-    """Profile of the misfit over the values of a factor: `rise` over the minimum, with the other factors fitted."""
+    """Least misfit at each value of a factor: its `rise` above the minimum, and the rise `allowed` in the interval."""
 
     values: tuple[float, ...]
     rise: tuple[float, ...]

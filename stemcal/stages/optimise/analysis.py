@@ -157,7 +157,7 @@ def gain_of(
 
 
 def _edges(study: Study, surface: RsmResult, x: Array) -> dict[str, str]:
-    """Return the ends of ranges at which the optimum is; not physical bounds, because no range can exceed them."""
+    """Return the range ends at which the optimum is, except physical bounds, beyond which no range can extend."""
     region = surface.region
     ends = {name: "high" for name, gap in zip(surface.names, region.high - x, strict=True) if gap < _EDGE}
     ends |= {name: "low" for name, gap in zip(surface.names, x - region.low, strict=True) if gap < _EDGE}
@@ -176,7 +176,7 @@ def _is_physical_bound(study: Study, name: str, end: str) -> bool:
 
 
 def _notes(study: Study, optimum: Optimum, gains: Mapping[str, tuple[Gain, dict[str, float]] | None]) -> Iterator[Note]:
-    """Yield notes on the kind of optimum of two responses, and on the parts of the interval of the gain."""
+    """Yield notes on the Pareto front of two responses, and on the sources of uncertainty of the gain."""
     if optimum.front:
         yield Note("knee", "info", "The optimum is the knee of the Pareto front, the point farthest from the chord.")
     elif len(optimum.weights) > 1:
@@ -194,7 +194,7 @@ def _notes(study: Study, optimum: Optimum, gains: Mapping[str, tuple[Gain, dict[
 
 
 def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
-    """Return the runs of the cutters; while the surfaces are unknown, at equal steps through the ranges."""
+    """Return the runs of the cutters; until the surfaces are fitted, other levels in the ranges take their place."""
     cutters = None
     with suppress(UsageError, NoneAllowed):
         if folder is not None:

@@ -46,12 +46,12 @@ _DIRECTIONS, _LEAST = 3, 0.01  # largest number of other materials, smallest sha
 
 @dataclass
 class Borrowed:
-    """Sections with the calibrated material, and with `others`; mistakes; a message if the calibration is `pending`."""
+    """Sections of a spec with the material of a calibration, and the mistakes found in spec and calibration."""
 
     sections: dict[str, Any] = field(default_factory=dict)
-    others: list[dict[str, Any]] = field(default_factory=list)
+    others: list[dict[str, Any]] = field(default_factory=list)  # sections that each other material changes
     findings: list[Finding] = field(default_factory=list)
-    pending: str = ""
+    pending: str = ""  # message if the calibration has not been run
 
     def add(self, message: str, remedy: str, path: NodePath = _FROM) -> None:
         self.findings.append(Finding(path, message, remedy))
@@ -120,7 +120,7 @@ def _finished(borrowed: Borrowed, source: Study, place: StudyFolder, spec: str) 
 
 
 def calibrated_sections(source: Study, levels: Mapping[str, float]) -> dict[str, Any]:
-    """Return the sections of the material of a study at these levels."""
+    """Return the sections `material`, `layers` and `contact` of a study with these levels of its factors."""
     study = source.at(levels)  # sets the friction
     internal = {factor.name: factor.internal(levels[factor.name]) for factor in source.factors}
     for name, place in source.places.items():
@@ -138,7 +138,7 @@ def calibrated_sections(source: Study, levels: Mapping[str, float]) -> dict[str,
 
 
 def _with(part: Any, path: NodePath, value: Any) -> Any:
-    """Return a section, or a tuple of sections, with a new value at a path; if the key grows, as its `value`."""
+    """Return a section, or a tuple of sections, with a new value at a path; a growth law gets it as its `value`."""
     step, rest = path[0], path[1:]
     old = part[step] if isinstance(step, int) else getattr(part, step)
     if rest:
@@ -199,7 +199,7 @@ def _add_sections(
 
 
 def _other_levels(source: Study, results: Results) -> Iterator[dict[str, float]]:
-    """Yield the calibrated levels one standard deviation away along each principal axis, the widest first."""
+    """Yield levels at one standard deviation from the calibrated ones, along the widest principal axes of Σ."""
     if (surface := next((result for result in results.done if isinstance(result, Surfaces)), None)) is None:
         return  # calibrated without a surface, so the uncertainty is unknown
     region = surface.region

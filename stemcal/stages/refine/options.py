@@ -124,7 +124,7 @@ def _tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
 
 
 def _the_model_is_possible(draft: Draft) -> Iterator[Finding]:
-    """Yield mistakes of the study in the model of `refine.in`; only factors that move need an effect there."""
+    """Yield mistakes of the study in the model of `refine.in`, where a factor may be without effect unless it moves."""
     from stemcal.study.reading.read import broken_rules
 
     if (there := seen(draft.study)) is draft.study:

@@ -50,7 +50,7 @@ class Trial:
 
 
 class MeanSteps:
-    """Base class of steps that compare points of all varied factors with the fitted means."""
+    """Base class of `Steps` that vary all factors and compare the responses of each point with the fitted means."""
 
     precision: Array  # W of the misfit rᵀWr, r = measured − simulated
 

@@ -79,7 +79,7 @@ def observed_predicted(rsm: RsmResult) -> style.Figure:
     """Draw the simulated responses versus those predicted by the surface."""
     runs = [(run.response, run.coded) for run in rsm.design.runs if run.response is not None]
     observed, predicted = [response for response, _ in runs], [float(rsm.response_at(coded)) for _, coded in runs]
-    if rsm.over is not None:  # a surface over conditions, perhaps of the logarithm, has own fitted values
+    if rsm.over is not None:  # the surface may be fitted to the logarithm, at several conditions
         observed, predicted = ([getattr(row, name) for row in rsm.runs_diagnostics] for name in ("response", "fitted"))
     with style.new_figure() as figure:
         axes = figure.add_subplot()

@@ -150,9 +150,9 @@ class RsmOptions(Frozen):
 
 
 def growing_with(study: Study, names: Sequence[str]) -> dict[str, tuple[str, float]]:
-    """Return the exponent and the reference diameter of each factor that grows with an exponent that is a factor too.
+    """Return n and d₀ for each factor θ that grows with the diameter d as θ·(d/d₀)ⁿ, if the exponent n is a factor too.
 
-    The response depends on both only through the value at a diameter, unless several parameters share the exponent.
+    θ and n act only through this value, so one coordinate of a surface represents both. Shared exponents are excluded.
     """
     growing = study.material.growing()
     exponents = [growth.exponent for growth in growing.values()]
@@ -164,7 +164,7 @@ def growing_with(study: Study, names: Sequence[str]) -> dict[str, tuple[str, flo
 
 
 def dimensions(study: Study, names: Sequence[str]) -> int:
-    """Return the number of coordinates of a surface in these factors."""
+    """Return the number of coordinates of the surface; one over conditions has the condition and no exponents."""
     return len(names) + (1 - len(growing_with(study, names)) if study.of(RsmOptions).over == "conditions" else 0)
 
 
@@ -243,7 +243,7 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
 
 
 def _unphysical_runs(draft: Draft, factor: Factor) -> Iterator[Finding]:
-    """Yield a finding if corner or, with a known number of factors, axial runs are beyond the bounds of a parameter."""
+    """Yield a finding if a corner run, or an axial run of a known design, is outside the bounds of a parameter."""
     rsm, parameter = draft.study.of(RsmOptions), draft.kind.parameters.get(factor.name)
     if parameter is None or not units.fits(factor.unit, parameter.dimension):
         return

@@ -20,7 +20,7 @@ from stemcal.stages.rsm.options import RsmOptions, dimensions, growing_with
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording
 
-_BEND_FREEDOM = 3  # degrees of freedom that a test needs to detect a bend of some percent
+_BEND_FREEDOM = 3  # residual degrees of freedom that `bend_of` needs to detect a bend of some percent
 
 
 def condition_axis(study: Study, names: Sequence[str]) -> ConditionAxis:
@@ -36,7 +36,7 @@ def condition_axis(study: Study, names: Sequence[str]) -> ConditionAxis:
 
 
 def over_design(study: Study, coding: Coding) -> Design:
-    """Return the design over the factors and the condition; exponents of factors that grow stay at mid-range."""
+    """Return the design over the factors and the condition; exponents of power laws of the condition do not vary."""
     options, axis = study.of(RsmOptions), condition_axis(study, coding.names)
     held = [exponent for exponent, _ in axis.growing.values()]
     varied = [j for j, name in enumerate(coding.names) if name not in held]

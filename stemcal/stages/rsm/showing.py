@@ -50,7 +50,8 @@ class RsmShowing(Showing[RsmResult]):
         return [*first, *_further_tables(result, names), *_fits_table(result, names)]
 
     def figures(self, result: RsmResult, setting: Setting) -> list[Plot]:
-        settled = (each.settles for each in setting.results.done)  # only the first ones solve the surface
+        # the first calibrated levels are a solution of the surface; a refinement corrects them
+        settled = (each.settles for each in setting.results.done)
         levels = next((point for point in settled if point is not None), None)
         study = setting.study
         shown = (FIRST, study.targets.calibrate_at)

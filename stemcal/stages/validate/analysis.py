@@ -121,7 +121,7 @@ def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]
 
 
 def validate_notes(stage: ValidateResult) -> Iterator[Note]:
-    """Yield notes on the comparison: its independence, exponents of growth, a power law instead, the travel."""
+    """Yield notes on the fitted values, the growth of the force with the diameter, a power law, and the travel."""
     names = Wording(stage.naming)
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " of a fitted response"

@@ -104,7 +104,7 @@ class ValidateResult(StageResult):
         return any(note.kind == "from_table" for note in self.notes)
 
     def judged(self, study: Study) -> list[Judged]:
-        """Return all comparisons, with the responses that were not fitted as checks; none for values from a table."""
+        """Return the errors of all responses, `fitted` or not; none if the simulated values are from a table."""
         judged, first = [], study.naming.response.name
         for row in self.rows if not self.is_from_table else ():
             at, fitted = row.compared, row.compared.role == "fitted"

@@ -30,7 +30,7 @@ def reach(surface: Surfaces) -> tuple[float, float]:
 
 
 def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
-    """Return the remedy to widen the range of one factor, with all others at the extreme point, to reach the target."""
+    """Return the remedy to widen the range of one factor to reach the target; others are at the extreme point."""
     end = extremes(surface.fitted, surface.region)[0 if target < reach(surface)[0] else 1]
     (effects,), (missing,) = _power_laws(study, surface, end)
     steps = missing / np.where(np.abs(effects) > 1e-9, effects, 1e-9)
@@ -99,7 +99,7 @@ def _to_contain(study: Study, surface: Surfaces, start: Array, steps: Sequence[f
 
 
 def _plausible(study: Study, factor: Factor) -> tuple[float, float]:
-    """Return the plausible range of a parameter in the unit of the factor; of other factors, up to 20 times wider."""
+    """Return the plausible range of a parameter in the unit of the factor; for other factors, a much wider range."""
     wider, place = _WIDEST * (factor.high - factor.low), study.places.get(factor.name)
     if place is None or not study.kind.simulates_stems or not fits(factor.unit, place.parameter.dimension):
         return (factor.low / _WIDEST if factor.low >= 0.0 else factor.low - wider), factor.high + wider
@@ -114,7 +114,7 @@ def widened(study: Study, factor: Factor, up: bool, width: float) -> Remedy:
 
 
 def _limits(study: Study, limits: Sequence[tuple[Factor, Literal["low", "high"], float]]) -> Remedy:
-    """Return the remedy to set limits of factor ranges; instead of a limit that is not plausible, half the change."""
+    """Return the remedy to set limits of factor ranges; if one is not plausible, half-way to the plausible end."""
     texts, edits = [], dict[str, str]()
     for factor, key, limit in limits:
         old, end = getattr(factor, key), _plausible(study, factor)[key == "high"]

@@ -102,7 +102,7 @@ def _doubts(details: Mapping[str, Any]) -> _Doubts | None:
 
 
 _SAFELY = 0.5  # share of a limit at which a remedy aims, because runs of a study scatter
-_MOST_TIMES = 12.0  # finer elements are recommended up to this increase of the run time
+_MOST_TIMES = 12.0  # finer elements are recommended if they increase the run time at most by this factor
 _INPUT: dict[DoubtKind, str] = {
     "inertia": "less mass scaling or a slower blade",
     "hourglass": "a finer mesh or fully integrated elements",

@@ -27,7 +27,7 @@ class Use:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict with its reasons by importance; `use` is None without a comparison with simulations."""
+    """The verdict with its reasons by importance, and the `use` of the result (None without a comparison)."""
 
     verdict: Word
     use: Use | None

@@ -115,9 +115,8 @@ def trend_reason(
 def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Change]:
     """Return the two best changes that reduce the largest error to `_BETTER` of its value, the better one first."""
     changes = [change for name in may_grow if (change := _growing(fitted, name)) is not None]
-    enough = [
-        change for change in changes if change.worst_percent <= _BETTER * _worst(fitted.predicted, fitted.measured)
-    ]
+    most = _BETTER * _worst(fitted.predicted, fitted.measured)
+    enough = [change for change in changes if change.worst_percent <= most]
     return sorted(enough, key=lambda change: change.worst_percent)[:2]
 
 

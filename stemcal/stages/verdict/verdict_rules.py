@@ -23,7 +23,7 @@ from stemcal.stages.verdict.words import predicted, size_of
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
-BEYOND_DOUBT = 0.001  # p-value below which a contradiction means not calibrated
+BEYOND_DOUBT = 0.001  # p-value below which a contradiction makes the verdict `not_calibrated`
 
 
 @dataclass(frozen=True)
