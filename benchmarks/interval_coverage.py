@@ -43,7 +43,7 @@ from stemcal.doe.calibration import region
 from stemcal.doe.calibration.confidence_intervals import _CLOUD, _held_at, predicted_interval, settled
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.coding import Coding, term_columns
 from stemcal.doe.designs import axial_distance, box_behnken, central_composite
 from stemcal.doe.regression.section import Place, Section, fit_whole, left_out_percent

@@ -9,7 +9,7 @@
     ├── Waiting                 6   results of runs done by hand are not entered yet; this is no failure
     └── SimulationFailed        1   a simulation cannot be trusted (NaN, inverted element, no contact)
 
-They are caught in one place, `stemcal.cli.guard`.
+They are caught in one place, `stemcal.cli.exit_codes`.
 """
 
 import copyreg

@@ -219,6 +219,6 @@ def test_cli_starts_light() -> None:
 
 
 def test_this_test_sees_imports() -> None:
-    found = dict(imports(PACKAGE / "cli" / "guard.py"))
+    found = dict(imports(PACKAGE / "cli" / "exit_codes.py"))
     assert found["typer"] is True
     assert found["stemcal.errors.StemcalError"] is True

@@ -206,9 +206,6 @@ def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, beca
     keep(Run.of(solver, result.request), (answer, {**provenance(), "finished": time}), folder)
 
 
-# ---- the runs that a study is waiting for
-
-
 def advance_study(study: Study, folder: StudyFolder) -> Waiting | None:
     """Compute the stages as far as the results allow; return the pending runs, or None if all stages are complete."""
     try:

@@ -21,6 +21,9 @@ from stemcal.vocabulary import Variable
 RUN, REPLICATE, WHO, WHEN, REMARK, STUDY = "run", "replicate", "who", "when", "remark", "study"
 FAILED = "failed"
 _DIGITS = 10  # significant digits of a number in the sheet
+MAX_BYTES, _MAX_ROWS = 10 * MIB, 20_000
+_HEADING = re.compile(r"(.*?)\s*[(\[]([^()\[\]]*)[)\]]\s*")  # name and unit
+_WIDE = {code: code - 0xFEE0 for code in range(0xFF01, 0xFF5F)} | {0x3000: 0x20}  # full-width characters
 
 Kind = Literal["run", "factor", "condition", "replicate", "response", "origin", "study"]
 ASKED: tuple[Kind, ...] = ("factor", "condition", "replicate")
@@ -82,15 +85,6 @@ def sheet_text(study: Study, rows: Sequence[SheetRow]) -> str:
         cells = [known.get(field.name, field.asked(run)) for field in fields]
         writer.writerow([cell if isinstance(cell, str) else f"{cell:.{_DIGITS}g}" for cell in cells])
     return "\ufeff" + text.getvalue()
-
-
-# ---- a filled-in sheet
-
-
-MAX_BYTES = 10 * MIB
-MAX_ROWS = 20_000
-_HEADING = re.compile(r"(.*?)\s*[(\[]([^()\[\]]*)[)\]]\s*")
-_WIDE = {code: code - 0xFEE0 for code in range(0xFF01, 0xFF5F)} | {0x3000: 0x20}
 
 
 @dataclass(frozen=True)
@@ -197,7 +191,7 @@ def _split(text: str, source: str) -> Lines:
     for separator in (",", ";", "\t"):
         reader = csv.reader(text.splitlines(keepends=True), delimiter=separator, strict=True)
         try:
-            ways.append([(reader.line_num, cells) for cells in islice(reader, MAX_ROWS + 1)])
+            ways.append([(reader.line_num, cells) for cells in islice(reader, _MAX_ROWS + 1)])
         except csv.Error as error:
             message = f"{source}:{reader.line_num}: the line is not valid CSV ({error}); correct the line"
             raise UsageError(message) from None
@@ -217,8 +211,8 @@ def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: 
     factors = [column for column in columns if column.kind == "factor"]
     numbers = [cells[columns[c]] for _, cells in rows for c in factors if columns[c] < len(cells)]
     decimal = "," if any("," in n for n in numbers) and not any("." in n for n in numbers) else "."
-    if len(lines) > MAX_ROWS:
-        raise UsageError(f"{source}:{lines[-1][0]}: the sheet has more than {MAX_ROWS:,} rows; delete unrelated rows")
+    if len(lines) > _MAX_ROWS:
+        raise UsageError(f"{source}:{lines[-1][0]}: the sheet has more than {_MAX_ROWS:,} rows; delete unrelated rows")
     width = len(lines[head][1])
     cut = None if complete or not rows or narrow(rows[-1][1][-1]) == narrow(study.name) else rows[-1][0]
     return [

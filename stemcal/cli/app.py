@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from stemcal.cli import doctor, explain, export, measure, run, simulate, spec, status
-from stemcal.cli.guard import exit_codes, flush_all, steady_surroundings
+from stemcal.cli.exit_codes import exit_codes, flush_all, steady_surroundings
 from stemcal.stages.stage import STAGES
 from stemcal.version import __version__
 

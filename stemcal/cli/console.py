@@ -51,20 +51,6 @@ def say_text(text: str) -> None:
         print(text, flush=True)
 
 
-EXIT_CODES = {
-    0: ("done", "success"),
-    1: ("fault", "system error (disk, memory), damaged file or internal error"),
-    2: ("wrong", "invalid spec or command line"),
-    3: ("runs_failed", "runs failed"),
-    4: ("unreachable", "the target is out of reach"),
-    5: ("in_use", "another process is using the study folder"),
-    6: ("waiting", "results of manual runs are pending"),
-    130: ("interrupted", "interrupted by Ctrl-C"),
-    143: ("terminated", "terminated by SIGTERM"),
-}
-"""The exit codes, each with its `status` in the JSON envelope and its meaning."""
-
-
 @dataclass
 class _Envelope:
     """The JSON object that a command prints at its end: `{command, status, result, notes}`."""
@@ -76,13 +62,12 @@ class _Envelope:
     def add(self, severity: str, text: str) -> None:
         self.notes.append({"kind": severity, "severity": severity, "text": text, "remedy": None})
 
-    def print(self, code: int) -> None:
+    def print(self, status: str) -> None:
         """Print the object on stdout, in ASCII so that every terminal can show it; NaN becomes null."""
         if not self.command:
             return
         from stemcal.storage.canonical import jsonable
 
-        status = EXIT_CODES.get(code, EXIT_CODES[1])[0]
         envelope = {"command": self.command, "status": status, "result": jsonable(self.result), "notes": self.notes}
         self.command = ""
         say_text(json.dumps(envelope, indent=2, ensure_ascii=True, allow_nan=False))

@@ -29,8 +29,6 @@ Until = Annotated[
     typer.Option("--until", metavar="STAGE", help="Stage after which the study stops.", show_default="all stages"),
 ]
 Retry = Annotated[bool, typer.Option("--retry", help="Repeat the failed runs before any other runs.")]
-
-
 Quick = Annotated[bool, typer.Option("--quick", help="Calibrate in few runs, without a surface and intervals.")]
 
 

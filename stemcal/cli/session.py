@@ -48,7 +48,6 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print the result as one JS
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress the progress bar and the notes.")]
 
-
 if TYPE_CHECKING:
     from stemcal.by_hand.own_sheet import OwnSheet
     from stemcal.report.progress import Watcher

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from stemcal.study.model.laboratory_kind import LaboratorySection
     from stemcal.study.model.study import Study
 
-
 CUTTING = "cutting"  # name of the main shear test of a spec
 
 Diameter = Annotated[str | None, typer.Option(metavar="MM", help="Diameter of the stem.", show_default="the spec's")]

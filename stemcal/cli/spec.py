@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from stemcal.overview.plan import Plan
     from stemcal.study.model.study import Study
 
-
 MORE = "# ---- "  # beginning of the part of the template that only --full writes
 
 

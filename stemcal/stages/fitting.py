@@ -12,7 +12,7 @@ import numpy as np
 from stemcal.arrays import Array
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.coding import Coding
 from stemcal.doe.regression.anova import AnovaRow, Coefficient
 from stemcal.doe.regression.section import AnySurface, Bend, Place, Section, fit_whole

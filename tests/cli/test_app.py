@@ -19,7 +19,7 @@ from typer.testing import CliRunner, Result
 
 from stemcal import __version__
 from stemcal.cli.app import app
-from stemcal.cli.guard import exit_codes
+from stemcal.cli.exit_codes import exit_codes
 from stemcal.cli.spec import _not_ready
 from stemcal.errors import (
     FolderLocked,
@@ -170,7 +170,7 @@ def test_output_that_the_terminal_cannot_encode(tmp_path: Path) -> None:
 SLOW = """
 import signal, time
 import typer
-from stemcal.cli.guard import exit_codes
+from stemcal.cli.exit_codes import exit_codes
 from stemcal.cli.spec import _not_ready
 from stemcal.study.reading import load_study
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit that it is ignored

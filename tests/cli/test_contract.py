@@ -11,7 +11,7 @@ from commanding import BAD_SPEC, COMMANDS, REPLAY, ROOT, command
 from typer.main import get_command
 
 from stemcal.cli.app import app
-from stemcal.cli.console import EXIT_CODES
+from stemcal.cli.exit_codes import EXIT_CODES
 
 
 def test_every_json_is_one_envelope(tmp_path: Path) -> None:

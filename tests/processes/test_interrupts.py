@@ -15,7 +15,7 @@ import typer
 from fakes import ENVIRONMENT
 
 import stemcal
-from stemcal.cli.guard import exit_codes
+from stemcal.cli.exit_codes import exit_codes
 from stemcal.processes.interrupts import Terminated, put_off, raise_noted, raising_interrupts
 from stemcal.processes.limits import next_of, wait_until
 

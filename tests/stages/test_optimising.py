@@ -13,7 +13,7 @@ from edits import accepted
 
 import stemcal
 from stemcal.arrays import Array
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.designs import SurfaceOptions, surface_design, surface_runs
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.drawing.showing import Setting

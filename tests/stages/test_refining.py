@@ -11,7 +11,7 @@ import pytest
 import workflow
 from fakes import FakeSolver, make_study
 
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.errors import Waiting
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder

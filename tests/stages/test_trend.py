@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.coding import Coding
 from stemcal.stages.verdict.trend_advice import Fitted, _other_stems, remedies_of, trend_of
 

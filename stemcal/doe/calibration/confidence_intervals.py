@@ -13,7 +13,15 @@ import numpy as np
 
 from stemcal.arrays import Array
 from stemcal.doe.calibration.likelihood import LEVEL, Fit
-from stemcal.doe.calibration.region import Objective, Region, extremes, height, optimise, search_from, squared_distance
+from stemcal.doe.calibration.search_region import (
+    Objective,
+    Region,
+    extremes,
+    height,
+    optimise,
+    search_from,
+    squared_distance,
+)
 
 _GRID, _FREE = 25, 0.5  # number of values in a profile; a factor is free if its interval has this share of the range
 _CLOUD, _SEEDS = 9, 3  # 2^9 points fill the region; local searches start at this number of the best

@@ -31,7 +31,7 @@ import numpy as np
 
 from stemcal.arrays import Array
 from stemcal.doe.calibration.observations import Errors, Observation, errors_of
-from stemcal.doe.calibration.region import Objective, Region, optimise
+from stemcal.doe.calibration.search_region import Objective, Region, optimise
 from stemcal.doe.regression.section import SeveralSurfaces
 from stemcal.errors import UsageError
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.arrays import Array
-from stemcal.doe.calibration.region import Objective, Region, coordinate, extremes, optimise, squared_distance
+from stemcal.doe.calibration.search_region import Objective, Region, coordinate, extremes, optimise, squared_distance
 from stemcal.doe.regression.section import AnySurface
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError

@@ -5,7 +5,7 @@ from math import isfinite
 
 import numpy as np
 
-from stemcal.doe.calibration.region import extremes
+from stemcal.doe.calibration.search_region import extremes
 from stemcal.doe.comparison import standard_error
 from stemcal.formats import change, counted, interval, series, short, signed_probability
 from stemcal.notes import Note, Remedy, Severity

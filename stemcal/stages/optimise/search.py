@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from stemcal.arrays import Array
-from stemcal.doe.calibration.region import Objective, Region, optimise, search_from
+from stemcal.doe.calibration.search_region import Objective, Region, optimise, search_from
 from stemcal.doe.coding import term_columns, term_gradient
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import TargetUnreachable

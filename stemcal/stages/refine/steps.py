@@ -20,7 +20,7 @@ import numpy as np
 from stemcal.arrays import Array
 from stemcal.doe.calibration.confidence_intervals import settled
 from stemcal.doe.calibration.likelihood import Fit
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.comparison import error_percent
 from stemcal.doe.regression.section import AnySurface
 from stemcal.runs.record import Outcome

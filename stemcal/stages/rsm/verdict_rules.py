@@ -8,7 +8,7 @@ from math import isfinite
 import numpy as np
 
 from stemcal.arrays import Mask
-from stemcal.doe.calibration.region import extremes
+from stemcal.doe.calibration.search_region import extremes
 from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.formats import counted, minus, series
 from stemcal.notes import Note, Remedy

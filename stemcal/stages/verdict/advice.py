@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from stemcal.arrays import Array
-from stemcal.doe.calibration.region import extremes
+from stemcal.doe.calibration.search_region import extremes
 from stemcal.formats import outwards, series, with_unit
 from stemcal.notes import Remedy
 from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means

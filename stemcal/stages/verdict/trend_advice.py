@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stemcal.arrays import Array
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.coding import Coding
 from stemcal.doe.comparison import NORMAL
 from stemcal.doe.regression.section import AnySurface

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stemcal.arrays import Array
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.calibration.solution_ranges import solve_target
 from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.surface import Surface, fit_surface

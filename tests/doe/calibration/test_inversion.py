@@ -3,7 +3,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.calibration.solution_ranges import assess_point, solve_target
 from stemcal.doe.coding import term_columns, term_names
 from stemcal.doe.designs import central_composite

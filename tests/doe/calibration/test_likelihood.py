@@ -17,7 +17,7 @@ from stemcal.doe.calibration.confidence_intervals import (
 )
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Contrasts, Observation, Uniforms, variances
-from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.search_region import Region
 from stemcal.doe.coding import term_columns
 from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.surface import Surface, fit_surface

@@ -1,4 +1,7 @@
-"""Convert errors to messages and exit codes. A closed pipe is not an error, but a full disk is."""
+"""The exit codes of the command, and the conversion of errors to messages and exit codes.
+
+A closed pipe is not an error, but a full disk is.
+"""
 
 import io
 import os
@@ -18,7 +21,20 @@ from stemcal.processes.interrupts import Terminated, raise_noted, raising_interr
 from stemcal.processes.outputs import drop, lossy_stderr
 from stemcal.registry import described
 
-RESUMES = "finished runs are kept; run the same command again to resume"
+EXIT_CODES = {
+    0: ("done", "success"),
+    1: ("fault", "system error (disk, memory), damaged file or internal error"),
+    2: ("wrong", "invalid spec or command line"),
+    3: ("runs_failed", "runs failed"),
+    4: ("unreachable", "the target is out of reach"),
+    5: ("in_use", "another process is using the study folder"),
+    6: ("waiting", "results of manual runs are pending"),
+    130: ("interrupted", "interrupted by Ctrl-C"),
+    143: ("terminated", "terminated by SIGTERM"),
+}
+"""The exit codes, each with its `status` in the JSON envelope and its meaning."""
+
+_RESUMES = "finished runs are kept; run the same command again to resume"
 
 
 @contextmanager
@@ -29,7 +45,7 @@ def exit_codes() -> Iterator[None]:
         try:
             raise_noted()
             yield
-            envelope.print(0)
+            envelope.print(EXIT_CODES[0][0])
             raise_noted()
         except KeyboardInterrupt as interrupt:
             _leave_interrupted(interrupt)
@@ -38,7 +54,7 @@ def exit_codes() -> Iterator[None]:
             _leave(f"the spec has {count} problems\n{error}" if count > 1 else str(error), error.exit_code)
         except BaseException as error:  # also an exit called by a plug-in or a library
             if isinstance(error, typer.Exit | typer.Abort) or hasattr(error, "show"):  # usage errors print themselves
-                envelope.print(getattr(error, "exit_code", 1))
+                envelope.print(_status_of(getattr(error, "exit_code", 1)))
                 raise
             try:
                 raise_noted()
@@ -49,20 +65,24 @@ def exit_codes() -> Iterator[None]:
 
 def _leave_interrupted(interrupt: KeyboardInterrupt) -> NoReturn:
     if isinstance(interrupt, Terminated):
-        _leave(f"terminated; {RESUMES}", 143)
-    _leave(f"interrupted; {RESUMES}", 130)
+        _leave(f"terminated; {_RESUMES}", 143)
+    _leave(f"interrupted; {_RESUMES}", 130)
 
 
 def _leave(message: str, code: int) -> NoReturn:
     fail(message)
-    envelope.print(code)
+    envelope.print(_status_of(code))
     raise typer.Exit(code) from None
+
+
+def _status_of(code: int) -> str:
+    return EXIT_CODES.get(code, EXIT_CODES[1])[0]
 
 
 def _unexpected(error: BaseException) -> str:
     """Return the message for an unexpected error; the traceback of an internal error is written to a file."""
     if isinstance(error, MemoryError):
-        return f"not enough memory; use fewer workers (`--workers`) or larger elements; {RESUMES}"
+        return f"not enough memory; use fewer workers (`--workers`) or larger elements; {_RESUMES}"
     if isinstance(error, OSError) and error.errno is not None:
         place = f"{error.filename}: " if error.filename else ""
         from stemcal.storage.atomic import what_happened

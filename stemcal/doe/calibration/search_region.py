@@ -1,4 +1,4 @@
-"""The region of possible solutions, a box in coded units that a sphere may limit further, and optimisation in it."""
+"""The search region, a box in coded units that a sphere may limit further, and optimisation in it."""
 
 from __future__ import annotations
 
