@@ -10,7 +10,7 @@ from fakes import FakeSolver, make_study
 from test_demand import TWO, Priced, record
 
 from stemcal.doe.coding import Coding
-from stemcal.overview.plan import Plan, _Costs, costs_of, elapsed, judged, overhead, plan, total
+from stemcal.overview.plan import Plan, _Costs, costs_of, design_notes, elapsed, overhead, plan, total
 from stemcal.runs.record import Run
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
@@ -152,15 +152,15 @@ def design(coded: list[list[float]], order: int) -> Design:
 def test_terms_that_a_design_cannot_estimate() -> None:
     """Four corners do not separate the squares from the constant; nor, with the centre, a² from b²."""
     corners = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]
-    (note,) = judged(design(corners, 2))
+    (note,) = design_notes(design(corners, 2))
     assert (note.kind, note.severity) == ("cannot_estimate", "caution")
     assert note.text == "rsm: the design (given, 4 runs) is not sufficient to estimate 1, a^2 and b^2."
     assert note.remedy is not None and note.remedy.text == "Add runs or factor levels."
-    assert [n.text for n in judged(design([*corners, [0.0, 0.0]], 2))] == [
+    assert [n.text for n in design_notes(design([*corners, [0.0, 0.0]], 2))] == [
         "rsm: the design (given, 5 runs) is not sufficient to estimate a^2 and b^2."
     ]
-    assert list(judged(design([*corners, [0.0, 0.0], [1.5, 0.0]], 2))) == []
-    (aliases,) = judged(design(corners, 1))
+    assert list(design_notes(design([*corners, [0.0, 0.0], [1.5, 0.0]], 2))) == []
+    (aliases,) = design_notes(design(corners, 1))
     assert aliases.kind != "cannot_estimate"
-    (lost,) = judged(design([[-1.0, -1.0], [1.0, 1.0]], 1))
+    (lost,) = design_notes(design([[-1.0, -1.0], [1.0, 1.0]], 1))
     assert lost.text == "rsm: the design (given, 2 runs) is not sufficient to estimate a and b."
