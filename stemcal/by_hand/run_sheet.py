@@ -11,8 +11,7 @@ from typing import Any, Literal, Self
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted, did_you_mean, listed
-from stemcal.measured.cells import decoded_table, is_workbook
-from stemcal.measured.cells import sheets as tables_of
+from stemcal.measured.cells import Line, decoded_table, workbook
 from stemcal.solvers.protocol import Request
 from stemcal.storage.plain import MIB
 from stemcal.study.model.study import Study
@@ -137,8 +136,8 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
     if len(content) > MAX_BYTES:
         message = f"{source} is larger than {MAX_BYTES // MIB} MiB; save the worksheet with the runs as a separate file"
         raise UsageError(message)
-    if is_workbook(content, source):
-        return _of_lines(_lines_of_workbook(content, source), source, study, partial)
+    if (sheets := workbook(content, source)) is not None:
+        return _of_lines(_lines_of_workbook(sheets, source), source, study, partial)
     text = decoded_table(content, None, Path(source))[0]
     if "\0" in text:
         raise UsageError(f"{source} is not a text file; save the sheet as .xlsx or CSV")
@@ -171,10 +170,10 @@ def _cells(row: object, place: str, fields: Sequence[Field]) -> list[str]:
 Lines = Sequence[tuple[int, Sequence[str]]]
 
 
-def _lines_of_workbook(content: bytes, source: str) -> Lines:
+def _lines_of_workbook(rows_of: Mapping[str, Sequence[Line]], source: str) -> Lines:
     """Return the rows of the worksheet with a `run` heading, padded to the same width; empty if there is none."""
     sheets: list[tuple[str, Lines]] = []
-    for title, rows in tables_of(content, source).items():
+    for title, rows in rows_of.items():
         width = max((len(row.cells) for row in rows), default=0)
         lines = [(number, [*row.cells, *[""] * (width - len(row.cells))]) for number, row in enumerate(rows, 1)]
         if _head(lines) is not None:

@@ -27,23 +27,23 @@ app = typer.Typer(
     "Example: [bold]stemcal measure diameters stems.csv[/bold]",
 )
 
-Folder = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Folder for tables and figures.")]
-Encoding = Annotated[str | None, typer.Option(metavar="NAME", help="Encoding, such as gbk.", show_default="detected")]
-Separator = Annotated[str | None, typer.Option(metavar="NAME", help="Column separator.", show_default="detected")]
-Decimal = Annotated[str | None, typer.Option(metavar="NAME", help="Point or comma.", show_default="detected")]
-SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Name of the worksheet to read.")]
-Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Preload at which each measured curve starts.")]
-ForceColumn = Annotated[
+_Folder = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Folder for tables and figures.")]
+_Encoding = Annotated[str | None, typer.Option(metavar="NAME", help="Encoding, such as gbk.", show_default="detected")]
+_Separator = Annotated[str | None, typer.Option(metavar="NAME", help="Column separator.", show_default="detected")]
+_Decimal = Annotated[str | None, typer.Option(metavar="NAME", help="Point or comma.", show_default="detected")]
+_SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Name of the worksheet to read.")]
+_Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Preload at which each measured curve starts.")]
+_ForceColumn = Annotated[
     str | None, typer.Option(metavar="COLUMN,...", help="Name or number of the force column.", show_default="by name")
 ]
-DisplacementColumn = Annotated[
+_DisplacementColumn = Annotated[
     str | None,
     typer.Option(metavar="COLUMN,...", help="Name or number of the displacement column.", show_default="by name"),
 ]
-ForceUnit = Annotated[
+_ForceUnit = Annotated[
     str | None, typer.Option(metavar="UNIT", help="Unit of the force, such as N or kN.", show_default="heading, else N")
 ]
-DisplacementUnit = Annotated[
+_DisplacementUnit = Annotated[
     str | None, typer.Option(metavar="UNIT", help="Unit of the displacement.", show_default="heading, else mm")
 ]
 
@@ -65,11 +65,11 @@ def diameters(
     label_column: Annotated[
         str | None, typer.Option(metavar="COLUMN,...", help="Columns that name a stem, or none: one stem per row.")
     ] = None,
-    encoding: Encoding = None,
-    separator: Separator = None,
-    decimal: Decimal = None,
-    sheet: SheetName = None,
-    out: Folder = None,
+    encoding: _Encoding = None,
+    separator: _Separator = None,
+    decimal: _Decimal = None,
+    sheet: _SheetName = None,
+    out: _Folder = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -106,21 +106,21 @@ def shear(
     index: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Table that lists the specimen diameter for each file.")
     ] = None,
-    preload: Preload = 5.0,
+    preload: _Preload = 5.0,
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Specimen to exclude (can be repeated).")
     ] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Spec to which the targets are written.")] = None,
     work: Annotated[bool, typer.Option("--work", help="Also write targets for the work.")] = False,
-    force_column: ForceColumn = None,
-    displacement_column: DisplacementColumn = None,
-    force_unit: ForceUnit = None,
-    displacement_unit: DisplacementUnit = None,
-    encoding: Encoding = None,
-    separator: Separator = None,
-    decimal: Decimal = None,
-    sheet: SheetName = None,
-    out: Folder = None,
+    force_column: _ForceColumn = None,
+    displacement_column: _DisplacementColumn = None,
+    force_unit: _ForceUnit = None,
+    displacement_unit: _DisplacementUnit = None,
+    encoding: _Encoding = None,
+    separator: _Separator = None,
+    decimal: _Decimal = None,
+    sheet: _SheetName = None,
+    out: _Folder = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -164,19 +164,19 @@ def tests(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="Folder with one subfolder of measured curves for each test.")
     ],
-    preload: Preload = 5.0,
+    preload: _Preload = 5.0,
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="TEST/NAME", help="Specimen to exclude (can be repeated).")
     ] = None,
     write: Annotated[bool, typer.Option("--write", help="Write the calibration targets to the spec.")] = False,
-    force_column: ForceColumn = None,
-    displacement_column: DisplacementColumn = None,
-    force_unit: ForceUnit = None,
-    displacement_unit: DisplacementUnit = None,
-    encoding: Encoding = None,
-    separator: Separator = None,
-    decimal: Decimal = None,
-    sheet: SheetName = None,
+    force_column: _ForceColumn = None,
+    displacement_column: _DisplacementColumn = None,
+    force_unit: _ForceUnit = None,
+    displacement_unit: _DisplacementUnit = None,
+    encoding: _Encoding = None,
+    separator: _Separator = None,
+    decimal: _Decimal = None,
+    sheet: _SheetName = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:

@@ -53,12 +53,13 @@ def split(texts: Sequence[str], separator: str) -> list[Line]:
 
 
 def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]:
-    """Return the decoded text and its encoding, detected if `encoding` is None.
+    """Return the text of a file and its encoding, which is detected if `encoding` is None.
 
-    With a byte order mark or many zero bytes the encoding is UTF-8 or UTF-16. Otherwise it is the encoding of Chinese
-    or
+    A byte order mark or many zero bytes show UTF-16. Content that is not valid UTF-8 has the encoding of Chinese or
     European machines in which the text contains the most known words.
     """
+    rows = content.count(b"\n") + 1
+    _require_size(str(path), rows, rows + max(map(content.count, (b";", b",", b"\t"))))
     try:
         decoded = encodings.decoded(content, [encoding] if encoding else encodings.guesses(content))
         if decoded is not None and not encoding and decoded[1] in _OLD:
@@ -75,22 +76,22 @@ def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str
     return decoded
 
 
-def is_workbook(content: bytes, source: object) -> bool:
-    """Check for an Excel workbook by its content; raise `UsageError` for another spreadsheet format."""
-    if content[:100].removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(_OTHERS):
-        raise UsageError(f"{source} is in a spreadsheet format that stemcal cannot read; save the file as .xlsx or CSV")
-    return content.startswith(_MODERN)
-
-
-def require_size(source: str, rows: int, cells: int) -> None:
+def _require_size(source: str, rows: int, cells: int) -> None:
     """Raise `UsageError` if a table has too many rows or cells."""
     for what, size, most in (("rows", rows, MOST_ROWS), ("cells", cells, MOST_CELLS)):
         if size > most:
             raise UsageError(f"{source}: the file has more than {most:,} {what}; {_SMALLER}")
 
 
-def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
-    """Return the lines of every worksheet of an Excel workbook by its title; raise `UsageError` if it is unreadable."""
+def workbook(content: bytes, source: str) -> dict[str, list[Line]] | None:
+    """Return the lines of every worksheet of an Excel workbook by its title; None if the content is no workbook.
+
+    Raises `UsageError` for a damaged workbook, for one that is too large, and for other formats of spreadsheets.
+    """
+    if content[:100].removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(_OTHERS):
+        raise UsageError(f"{source} is in a spreadsheet format that stemcal cannot read; save the file as .xlsx or CSV")
+    if not content.startswith(_MODERN):
+        return None
     import openpyxl
 
     try:
@@ -107,7 +108,7 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
             lines = lines_of.setdefault(str(sheet.title), [])
             for row in sheet.iter_rows(values_only=True):
                 rows, cells = rows + 1, cells + len(row)
-                require_size(source, rows, cells)
+                _require_size(source, rows, cells)
                 # the decimal mark of a whole number, as in 5.0, would mislead the detection of the file's decimal mark
                 values = [int(v) if isinstance(v, float) and v.is_integer() else v for v in row]
                 texts = ["" if value is None else str(value).strip() for value in values]

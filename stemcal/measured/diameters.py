@@ -19,10 +19,10 @@ from stemcal.notes import Note, Remedy
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, inline
 
-NONE = "none"  # with this value of `--label-column`, each row is a separate stem
-SHARE = 0.95  # share of the stems that the proposed grades must contain
+_NONE = "none"  # with this value of `--label-column`, each row is a separate stem
+_SHARE = 0.95  # share of the stems that the proposed grades must contain
 WIDEST = 1000.0  # largest plausible diameter, mm
-MOST_GRADES = 100
+_MOST_GRADES = 100
 
 
 @dataclass(frozen=True)
@@ -133,8 +133,8 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
     for grade in grades:
         if not 0.0 < grade < WIDEST:
             raise UsageError(f"--grades: {grade:g} mm is not a plausible stem diameter; write diameters in mm")
-    if len(grades) > MOST_GRADES:
-        raise UsageError(f"--grades: too many grades ({len(grades)}); list at most {MOST_GRADES} grades")
+    if len(grades) > _MOST_GRADES:
+        raise UsageError(f"--grades: too many grades ({len(grades)}); list at most {_MOST_GRADES} grades")
     for low, high in pairwise(sorted(grades)):
         if high - low < step * (1.0 - 1e-9):
             message = f"--grades: the grades of {low:g} and {high:g} mm overlap (width {step:g} mm); reduce `--step`"
@@ -143,7 +143,7 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
 
 def _columns(table: TextTable, column: str | None, label: str | None) -> tuple[list[int], list[int]]:
     labels = _label_columns(table) if label is None else []
-    if label is not None and label != NONE:
+    if label is not None and label != _NONE:
         labels = given_columns(table, label, "labels")
     columns = given_columns(table, column, "diameters") if column else []
     columns = columns or [i for i in _reading_columns(table, labels) if i not in labels]
@@ -181,7 +181,7 @@ def _repeated(table: TextTable, labels: Sequence[int], columns: Sequence[int]) -
     together = sorted([*words, *labels])
     plain = all(re.fullmatch(r"\w+", table.columns[i]) for i in together)
     option = ",".join(table.columns[i] if plain else str(i + 1) for i in together)
-    better = option if words and not _labels_apart(table, together) else NONE
+    better = option if words and not _labels_apart(table, together) else _NONE
     differ = " or differ in other columns" if words else ""
     text = f"Rows with the same label ({series(repeated[:3])}) are not adjacent{differ}. "
     text += "Their diameters are averaged as repeated readings of one stem."
@@ -231,12 +231,12 @@ def _reading_columns(table: TextTable, labels: Sequence[int]) -> list[int]:
 def _proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
     """Return the fewest adjacent grades, whole multiples of `step`, that contain 95 % of the stems."""
     numbers = sorted(math.floor(value / step + 0.5) for value in values)  # a stem at a limit is in the upper grade
-    needed = math.ceil(SHARE * len(numbers))
+    needed = math.ceil(_SHARE * len(numbers))
     spans = [(numbers[i + needed - 1] - numbers[i], numbers[i]) for i in range(len(numbers) - needed + 1)]
     centre = float(np.mean(numbers))
     width, first = min(spans, key=lambda span: (span[0], abs(span[1] + span[0] / 2 - centre)))
-    if width >= MOST_GRADES:
-        raise UsageError(f"--step {step:g}: {width + 1} grades are needed (limit {MOST_GRADES}); choose a larger step")
+    if width >= _MOST_GRADES:
+        raise UsageError(f"--step {step:g}: {width + 1} grades are needed (limit {_MOST_GRADES}); choose a larger step")
     return [(first + offset) * step for offset in range(width + 1)]
 
 

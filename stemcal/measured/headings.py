@@ -66,8 +66,8 @@ FORCE, TRAVEL, DIAMETER, BORE, SKIN = (_WORDS[kind] for kind in ("force", "trave
 LABEL, FILE, GRADE = (_WORDS[kind] for kind in ("label", "file", "grade"))
 READING = _WORDS["reading"]  # diameters, if no column has a name of a diameter
 NOT_MEANT = _WORDS["not meant"]  # quantities whose names may contain a word above: stress, strain and rates
-ALONE = ("last",)  # German for load if it is the only word; otherwise English
-GERMAN = ("kraft", "weg", "zeit")  # also recognised at the end of a word: Standardkraft, Traversenweg
+_ALONE = ("last",)  # German for load if it is the only word; otherwise English
+_GERMAN = ("kraft", "weg", "zeit")  # also recognised at the end of a word: Standardkraft, Traversenweg
 
 
 def folded(text: str) -> str:
@@ -89,8 +89,8 @@ def is_called(name: str, words: Sequence[str]) -> bool:
     parts = set(re.findall(r"[^\W\d_]+\d?\.?|\d+", lowered)) | set(re.findall(r"[^\W\d_]+", lowered))
     first, *rest = re.split(r"[\s\[(/,]+", lowered.rstrip(")]"))
     is_alone = all(word == "in" or word in _IN_ANY_CASE for word in rest)  # no word but units
-    sought = [folded(word) for word in words if word not in ALONE or (word == first and is_alone)]
-    ends = tuple(word for word in sought if word in GERMAN)
+    sought = [folded(word) for word in words if word not in _ALONE or (word == first and is_alone)]
+    ends = tuple(word for word in sought if word in _GERMAN)
     # words in Chinese, Japanese and Korean, and terms of several words
     anywhere = {word for word in sought if min(word) >= "\u1100" or " " in word}
     return any(word in lowered if word in anywhere else word in parts for word in sought) or any(

@@ -6,18 +6,18 @@ separators after the last filled cell. A workbook may contain a table on each of
 """
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
 from stemcal.measured import headings
-from stemcal.measured.cells import MAX_BYTES, Line, decoded_table, is_workbook, require_size, sheets, split
+from stemcal.measured.cells import MAX_BYTES, Line, decoded_table, split, workbook
 from stemcal.storage.plain import read_plain
 
-SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
-DECIMALS = {"point": ".", "comma": ","}
+_SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
+_DECIMALS = {"point": ".", "comma": ","}
 _MOST_SHOWN = 12  # largest number of columns listed in a message
 _PROBED = 3000  # lines from which the separator and the decimal mark are detected
 _MOST_ABOVE = 4  # lines of headings, symbols and units above the data
@@ -101,41 +101,29 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
         content = read_plain(path, MAX_BYTES)
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}; pass a readable data file") from None
-    if is_workbook(content, path):
-        return _of_workbook(content, path, form)
-    if form.sheet is not None:
-        raise UsageError(f"--sheet {headings.quoted(form.sheet)}: {path} is not a workbook; remove `--sheet`")
-    return [_of_text(content, path, form)]
-
-
-def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
-    """Return the tables of the worksheets; the decimal mark is detected, since cells may contain numbers as texts."""
-    lines_of = sheets(content, str(path))
-    if form.sheet is not None:
-        if form.sheet not in lines_of:
-            known = ", ".join(map(headings.quoted, lines_of))
-            raise UsageError(f"{path}: the workbook has no sheet {headings.quoted(form.sheet)}; its sheets are {known}")
-        lines_of = {form.sheet: lines_of[form.sheet]}
-    marks = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
+    decimals = [_named(form.decimal, _DECIMALS, "--decimal")] if form.decimal else list(_DECIMALS.values())
+    if (lines_of := workbook(content, str(path))) is None:
+        if form.sheet is not None:
+            raise UsageError(f"--sheet {headings.quoted(form.sheet)}: {path} is not a workbook; remove `--sheet`")
+        text, encoding = decoded_table(content, form.encoding, path)
+        return [_of_text(text, replace(form, encoding=encoding), path, decimals)]
+    if form.sheet is not None and form.sheet not in lines_of:
+        known = ", ".join(map(headings.quoted, lines_of))
+        raise UsageError(f"{path}: the workbook has no sheet {headings.quoted(form.sheet)}; its sheets are {known}")
     tables = []
-    for title, lines in lines_of.items():
-        decimal = max(marks, key=lambda mark: _score(lines[:_PROBED], mark, ragged=True))
-        table = _table(lines, Form(None, None, decimal, title), f"{path} [{title}]", ragged=True)
-        if table.rows:
-            tables.append(table)
-    if not tables:
+    for title in lines_of if form.sheet is None else [form.sheet]:
+        # cells may contain numbers as texts, with either decimal mark
+        decimal = max(decimals, key=lambda mark: _score(lines_of[title][:_PROBED], mark, ragged=True))
+        tables.append(_table(lines_of[title], Form(None, None, decimal, title), f"{path} [{title}]", ragged=True))
+    if not any(table.rows for table in tables):
         where = "the workbook" if form.sheet is None else f"sheet {headings.quoted(form.sheet)}"
         raise UsageError(f"{path}: no numeric rows found in {where}; use a sheet that contains measured values")
-    return tables
+    return [table for table in tables if table.rows]
 
 
-def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
-    text, encoding = decoded_table(content, form.encoding, path)
-    rows = text.count("\n") + 1
-    require_size(str(path), rows, rows + max(map(text.count, (";", ",", "\t"))))
+def _of_text(text: str, form: Form, path: Path, decimals: Sequence[str]) -> TextTable:
     texts = text.splitlines()
-    separators = [_named(form.separator, SEPARATORS, "--separator")] if form.separator else list(SEPARATORS.values())
-    decimals = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
+    separators = [_named(form.separator, _SEPARATORS, "--separator")] if form.separator else list(_SEPARATORS.values())
     # a comma can be both marks only if the numbers are in quotes
     has_quotes = any('"' in text for text in texts[:_PROBED])
     ways = [(s, d) for s in separators for d in decimals if s != d or has_quotes]
@@ -145,7 +133,7 @@ def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
             "numbers are in quotes; remove one of the options"
         )
     separator, decimal = max(ways, key=lambda way: _score(split(texts[:_PROBED], way[0]), way[1], ragged=way[0] != " "))
-    table = _table(split(texts, separator), Form(encoding, separator, decimal), str(path), ragged=separator != " ")
+    table = _table(split(texts, separator), Form(form.encoding, separator, decimal), str(path), ragged=separator != " ")
     if not table.rows:
         message = f"{path}: no numeric rows found; describe the format with `--separator`, `--decimal` and `--encoding`"
         raise UsageError(message)
@@ -225,7 +213,7 @@ def _data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> _Run:
 
 def _is_number(cell: str) -> bool:
     """Test whether a cell is a number with either decimal mark; the mark of the file is not known yet."""
-    return any(headings.as_number(cell, decimal) is not None for decimal in DECIMALS.values())
+    return any(headings.as_number(cell, decimal) is not None for decimal in _DECIMALS.values())
 
 
 def _without_headings(lines: Sequence[Line], run: _Run) -> _Run:
