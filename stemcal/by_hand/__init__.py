@@ -1,1 +1,1 @@
-"""Runs done by hand: the run sheet, the solver that reads it, and the results that people enter."""
+"""Manual runs: the run sheet, the solver that reads results from it, and the check of the results that people enter."""

@@ -1,7 +1,7 @@
 """Record the results of manual runs, and list the runs whose results a study is waiting for.
 
-Every row of a sheet is checked. Correct rows are recorded, whichever run they are for; other rows are refused with a
-reason. A recorded result is replaced only if the user states a reason; the log of the study contains both results.
+Every row of a sheet is checked. Correct rows are recorded, even for runs that are not requested now; other rows are
+refused with a reason. A result is replaced only if the user states a reason; the study log then contains both results.
 """
 
 import getpass
@@ -30,12 +30,12 @@ from stemcal.storage.log import now
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
-_SAME = 1e-9  # relative difference by which a value may change when a sheet is saved and read
+_SAME = 1e-9  # values that differ less, relatively, are the same: a spreadsheet program may round them
 
 
 @dataclass(frozen=True)
 class Entered:
-    """Result of entering a sheet: runs with new (`taken`), known and replaced results, and the refused rows."""
+    """Outcome of entering a sheet: names of the runs with new (`taken`), known and replaced results; refused rows."""
 
     taken: tuple[str, ...] = ()
     known: tuple[str, ...] = ()
@@ -61,7 +61,7 @@ class Entered:
 
 @dataclass(frozen=True)
 class _Result:
-    """A row without errors, the run to which it refers, and the result in it."""
+    """A row without errors (`filled`), the run to which it refers (`request`), and the result in it (`answer`)."""
 
     filled: Filled
     request: Request
@@ -69,13 +69,13 @@ class _Result:
 
 
 def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *, replace_because: str = "") -> Entered:
-    """Record the results of a sheet; the folder must be locked.
+    """Record the results in the rows of a sheet; the folder must be locked.
 
-    Correct rows are accepted even if others are refused. A row in which no person is named is recorded with the name of
-    the user. Results replace others only if `replace_because` states a reason. Raises `UsageError` if the solver of the
+    Correct rows are accepted even if others are refused. The name of the user is recorded for rows without a person.
+    A result replaces another one only if `replace_because` states a reason. Raises `UsageError` if the solver of the
     study is not `sheet`, or if a row is from another study.
     """
-    require_sheet(study)
+    _require_sheet(study)
     seen, rows = study.by_hand, [row for row in sheet if not row.is_empty]
     for row in rows:
         if row.origin.get(STUDY) and row.origin[STUDY] != narrow(study.name):
@@ -108,8 +108,8 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
 
 
 def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dict[str, Request]:
-    """Return the runs whose results may be entered, by key; with `rows`, continue the study first, if possible."""
-    waiting = None  # stays None if a stage fails; the rows may then correct the results that made it fail
+    """Return the runs whose results may be entered, by key; if there are rows, after continuing the study."""
+    waiting = None  # also if a stage fails: the rows may correct the results that made it fail
     with suppress(StemcalError):
         if not rows:
             return enterable_runs(study, folder, None)
@@ -117,7 +117,7 @@ def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dic
     return enterable_runs(study, folder, waiting) if rows else {}
 
 
-def require_sheet(study: Study) -> None:
+def _require_sheet(study: Study) -> None:
     """Raise `UsageError` if the study has no manual runs."""
     if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
@@ -134,7 +134,7 @@ def _by_run(
     sheet: Sequence[Filled],
     refused: list[RowRefused],
 ) -> dict[str, list[_Result]]:
-    """Group the rows without errors by the keys of their runs; add the other rows to `refused`."""
+    """Return the rows without errors, grouped by the record keys of their runs; add the other rows to `refused`."""
     results: dict[str, list[_Result]] = {}
     for row in sheet:
         try:
@@ -152,7 +152,7 @@ def _by_run(
 def _against_record(
     result: _Result, record: Mapping[str, Any] | None, study: Study, because: str
 ) -> Literal["taken", "known", "replaced"]:
-    """Classify a result as new, known, or a replacement; raise `RowRefused` if it must not replace the record."""
+    """Classify a result as new, known or a replacement; raise `RowRefused` for a replacement without a reason."""
     filled = result.filled
     before = None if record is None or not is_final(record, study.by_hand.solver.run_limit) else _answer_in(record)
     if before is None or record is None:
@@ -190,7 +190,7 @@ def _shown(answer: Answer) -> str:
 
 
 def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, because: str) -> None:
-    """Save a result with the name of the person who entered it and the time; log the result that it replaces."""
+    """Save a result with the person who entered it and the time; write a replaced result to the log of the study."""
     before, filled, time = folder.peek(key), result.filled, now()
     who = filled.origin.get(WHO, "")
     if not who:
@@ -207,7 +207,7 @@ def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, beca
 
 
 def advance_study(study: Study, folder: StudyFolder) -> Waiting | None:
-    """Compute the stages as far as the results allow; return the pending runs, or None if all stages are complete."""
+    """Compute all stages that have their results; return the pending runs, or None if all stages are complete."""
     try:
         for stage in stages_of(study):
             make(stage, study, folder, InlineExecutor(), watch_nothing)
@@ -217,7 +217,7 @@ def advance_study(study: Study, folder: StudyFolder) -> Waiting | None:
 
 
 def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Request]:
-    """Return all known runs that the waiting stage needs; replicates in random order, so that drift causes no bias."""
+    """Return all pending runs of the waiting stage as far as known; replicates in random order, against drift."""
     study = stage_called(waiting.stage).seen(study)
     solver = make_solver(study)
     wanted = by_key(solver, waiting.requests)
@@ -240,22 +240,22 @@ def enterable_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -
     return by_key(make_solver(study.by_hand), (*awaited, *recorded))
 
 
-@dataclass(frozen=True)  # so that two copies of a study are equal
+@dataclass(frozen=True)  # all instances are equal, so that two copies of a study are equal, too
 class AskAndTell:
     """Implements `Study.ask` and `Study.tell`: lists the pending runs of a study folder and records their results."""
 
     def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
-        require_sheet(study)
+        _require_sheet(study)
         with StudyFolder(place_of(study.name, out)) as folder:
             waiting = advance_study(study, folder)
             runs = [] if waiting is None else awaited_runs(study, folder, waiting)
         empty, columns = ("response", "origin"), fields_of(study.by_hand)
-        return [{c.name: None if c.kind in empty else c.asked(run) for c in columns} for run in runs]
+        return [{c.name: None if c.kind in empty else c.cell(run) for c in columns} for run in runs]
 
     def tell(
         self, study: Study, rows: Sequence[Mapping[str, Any]], out: str | Path | None, *, replace: str = ""
     ) -> int:
-        require_sheet(study)
+        _require_sheet(study)
         with StudyFolder(place_of(study.name, out)) as folder:
             sheet = rows_from_mappings(rows, study.by_hand)
             entered = record_results(study, folder, sheet, replace_because=replace)

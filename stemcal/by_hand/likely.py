@@ -1,4 +1,4 @@
-"""Find probable typing errors in a sheet: values that are far from the others, or in the wrong column."""
+"""Find probable typing errors in a sheet: values that are far from other values, or in the wrong column."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,18 +14,18 @@ from stemcal.stages.stage import stage_called
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
-CONFIRMED = "confirmed"
-"""Word in the remark of a row whose values are correct although they are far from the others."""
-_FEWEST = 4  # least number of known values with which a value is compared
-_FACTOR, _SPREADS = 3.0, 2.5  # a value may differ by this factor and this number of robust standard deviations
+_CONFIRMED = "confirmed"
+"""Word with which the remark of a row confirms that its unusual values are correct."""
+_FEWEST = 4  # a value is compared only with this number of known values or more
+_FACTOR, _SPREADS = 3.0, 2.5  # limit for the deviation from the median: ln 3 + 2.5 s, see `_is_far`
 _SIGMA = 1.4826  # ratio of standard deviation to median absolute deviation of a normal distribution
 
 Columns = Mapping[tuple[float, str], Mapping[str, float]]
-"""The known values by (condition, response), each by the key of its run; the key of a target is empty."""
+"""The known values of each (condition, response) by the record key of the run; the key of a measured target is ""."""
 
 
 def likely_columns(study: Study, answers: Iterable[tuple[str, Request, Answer]]) -> Columns:
-    """Collect the known values: the results in `answers` (key, request, answer), and the means of the targets."""
+    """Return the known values: the results in `answers` (key, request, answer), and the means of the targets."""
     columns: dict[tuple[float, str], dict[str, float]] = defaultdict(dict)
     first, *_ = names = [response.name for response in entered_responses(study)]
     for target in study.targets.means:
@@ -40,16 +40,16 @@ def likely_columns(study: Study, answers: Iterable[tuple[str, Request, Answer]])
 
 
 def _is_far(value: float, others: Sequence[float]) -> bool:
-    """Check whether a value v is so far from the others that a misplaced point or a wrong column is probable.
+    """Check whether a value v is so far from the others that a misplaced decimal point or a wrong column is probable.
 
-    It is far if its sign differs, or if |ln v − median| > ln 3 + 2.5 s, with the median and the robust standard
-    deviation s of the logarithms of the others.
+    It is far if its sign differs, or if |ln |v| − m| > ln 3 + 2.5 s. m is the median of the logarithms of the others,
+    and s their robust standard deviation, 1.4826 times the median of |ln |other| − m|.
 
     >>> heaps = [28.2, 25.9, 30.6, 31.0, 27.4]
     >>> [_is_far(value, heaps) for value in (295.0, 2.95, -29.5, 35.0)]
     [True, True, True, False]
     """
-    if min(others) <= 0.0 <= max(others):  # logarithms do not exist; the scale is the largest magnitude
+    if min(others) <= 0.0 <= max(others):  # zeros have no logarithm: compare with the largest magnitude instead
         return abs(value) > 10.0 * max(map(abs, others))
     if value * others[0] <= 0.0:
         return True
@@ -60,12 +60,12 @@ def _is_far(value: float, others: Sequence[float]) -> bool:
 
 
 def require_likely(study: Study, columns: Columns, key: str, row: Filled, request: Request, answer: Answer) -> None:
-    """Raise `RowRefused` for a value far from the others at its condition, unless the remark contains `CONFIRMED`.
+    """Raise `RowRefused` for a value far from those of other runs at its condition, unless the remark confirms it.
 
     Runs at the calibrated levels must reproduce the measured mean, so one known value is enough for them.
     """
     fewest = 1 if stage_called(request.stage).pictured else _FEWEST
-    if CONFIRMED in row.remark.casefold():
+    if _CONFIRMED in row.remark.casefold():
         return
     for response in entered_responses(study) if answer.ok else ():
         value = values_in_row(study, answer)[response.name]
@@ -75,7 +75,7 @@ def require_likely(study: Study, columns: Columns, key: str, row: Filled, reques
             low, high = (f"{end:.4g}{response.unit_suffix}" for end in (min(others), max(others)))
             text = (
                 f"{row.run}: is {response.name} = {value:.6g}{response.unit_suffix} correct? The other values are "
-                f"{low} to {high}; correct the cell, or write `{CONFIRMED}` in the remark"
+                f"{low} to {high}; correct the cell, or write `{_CONFIRMED}` in the remark"
             )
             raise RowRefused(row, "far_from_others", text)
 
@@ -83,15 +83,15 @@ def require_likely(study: Study, columns: Columns, key: str, row: Filled, reques
 def misplaced_value(
     study: Study, columns: Columns, runs: Mapping[str, Sequence[Request]], row: Filled
 ) -> RowRefused | None:
-    """Return the refusal of a row without a result whose result is probably in another column; None otherwise."""
+    """If the result of a row is missing but probably is in another column, return the refusal of the row, else None."""
     if not row.is_empty:
         return None
     named = runs.get(row.run_name, ())
-    filled = row.with_levels_given()
+    filled = row.without_empty_levels()
     single = [(name, replace(filled, levels={name: text})) for name, text in filled.levels.items()]
     changed = [[name for name, cells in single if other_level(study, run, cells) is not None] for run in named]
     nearest = min(changed, key=len, default=[])
-    # the column of a level with a wrong number, if all other levels of the row agree with a run
+    # a column of levels probably contains the result if it is the only one that differs from a run
     names = nearest if len(nearest) == 1 and _number(row.levels[nearest[0]]) is not None else []
     names = [*names, *_result_among_remarks(study, columns, named, row)]
     if not named and _number(row.run) is not None:
@@ -107,7 +107,7 @@ def misplaced_value(
 
 
 def _result_among_remarks(study: Study, columns: Columns, runs: Sequence[Request], row: Filled) -> list[str]:
-    """Return the columns for name, date and remark in which there is a number similar to the known results."""
+    """Return those columns for person, date and remark that contain a number similar to the known results."""
     places = {(run.condition, response.name) for run in runs for response in entered_responses(study)}
     known = [list(columns[place].values()) for place in places if place in columns]
     numbers = {name: _number(text) for name, text in row.origin.items() if (name, text) != (STUDY, narrow(study.name))}

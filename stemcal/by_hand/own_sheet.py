@@ -1,4 +1,4 @@
-"""The run sheet in the study folder: written for the pending runs, and read again before it is replaced."""
+"""The run sheet in the study folder: it is written for the pending runs, and read again before it is replaced."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -24,16 +24,16 @@ _EARLIER, _INPUTS = "sheets", "inputs"  # folders for replaced sheets and for th
 
 
 def awaiting_sheet(study: Study, folder: StudyFolder) -> str | None:
-    """Return the path of the sheet in the study folder; None without a sheet or without manual runs."""
+    """Return the path of the sheet in the study folder; None if there is no sheet or the study has no manual runs."""
     path = folder.path / SHEET
     return str(path) if study.by_hand.kind.answers == "asks_people" and path.exists() else None
 
 
 class OwnSheet:
-    """The run sheet in a locked study folder. All results saved to it are entered before another sheet replaces it.
+    """The run sheet in a locked study folder. All results saved to it are recorded before a new sheet replaces it.
 
-    A ``with`` block enters the results at its beginning, unless the sheet is the file `skipped`. If it is left because
-    the study waits for results, the sheet is written for the `awaited` runs (their number).
+    A ``with`` block begins with recording the results, unless the sheet is the file `skipped`. If `Waiting` ends the
+    block, a new sheet is written for the pending runs; `awaited` is their number.
     """
 
     def __init__(self, study: Study, folder: StudyFolder, skipped: Path | None = None) -> None:
@@ -54,7 +54,7 @@ class OwnSheet:
             self.folder.remember_spec(self.study.source)
 
     def enter_saved(self) -> bool:
-        """Enter the results saved since the last call; return whether any is new. `UsageError` if rows are refused."""
+        """Record the results saved since the last call; true if any is new. `UsageError` if rows are refused."""
         content = _content_of(self.path)
         if content is None or content == self._entered:
             return False
@@ -66,7 +66,7 @@ class OwnSheet:
     def write_sheet(self, waiting: Waiting) -> int:
         """Write a sheet with the recorded results and a row for each pending run, and the input files of these runs.
 
-        Return the number of pending runs; 0 if new results were saved to the previous sheet meanwhile.
+        Return the number of pending runs; 0 without writing if the previous sheet has new results.
         """
         if self.enter_saved():
             return 0
@@ -83,7 +83,7 @@ class OwnSheet:
         return len(runs)
 
     def _replace(self, text: str) -> bool:
-        """Replace the sheet if its content is the entered one; return False if the sheet was saved meanwhile."""
+        """Replace the sheet; return False, and keep it, if it was saved again after its results were recorded."""
         if self._entered == text.encode() == _content_of(self.path):
             return True
         stamp = f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}"
@@ -94,7 +94,7 @@ class OwnSheet:
             return write_atomic(self.path, text, new=True)
         self.earlier = earlier
         if _content_of(earlier) != self._entered:
-            move_new(earlier, self.path)  # unless the sheet has been saved once more
+            move_new(earlier, self.path)  # does nothing if the sheet exists because it was saved once more
             return False
         return write_atomic(self.path, text, new=True)
 

@@ -15,11 +15,11 @@ from stemcal.vocabulary import Variable
 
 _MOST_LISTED = 20
 _OTHER = {".": ",", ",": "."}
-_LEVEL = 1e-4  # share of the range of a factor by which an entered level may differ from the requested one
+_LEVEL = 1e-4  # largest difference between an entered and the requested level, as a share of the factor's range
 
 
 class Unread(UsageError):
-    """Raised for a cell without a number in the required unit; the message states what to write."""
+    """Raised for a cell that contains no number in the required unit; the message states the remedy."""
 
 
 class RowRefused(UsageError):
@@ -37,7 +37,7 @@ def first_of(problems: Sequence[str]) -> list[str]:
 
 
 def by_name(runs: Iterable[Request]) -> dict[str, list[Request]]:
-    """Group runs by their names; runs at several conditions, and replicates, have the same name."""
+    """Group runs by name; replicates, and runs of the same row at several conditions, have the same name."""
     named: dict[str, list[Request]] = {}
     for run in runs:
         named.setdefault(run_name(run), []).append(run)
@@ -45,7 +45,7 @@ def by_name(runs: Iterable[Request]) -> dict[str, list[Request]]:
 
 
 def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) -> Request:
-    """Return the run to which a row refers: the run with the name and the levels in the row."""
+    """Return the run to which a row refers, which has the name and the levels in the row; else raise `RowRefused`."""
     named = runs.get(row.run_name, ())
     if not named:
         message = f"the study has no run {row.run!r}; write the name as in the sheet, such as rsm 3"
@@ -61,7 +61,7 @@ def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) 
 
 
 def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
-    """Return a refusal with the first level, condition or replicate in which a row differs from a run, or None."""
+    """Return a refusal if a level, the condition or the replicate in a row differs from a run; else None."""
     if (number := row.levels.get(REPLICATE, "")) and REPLICATE not in study.names and number != str(run.replicate):
         message = f"{row.run} has no replicate {number!r}; write the number as in the sheet"
         return RowRefused(row, "other_replicate", message)

@@ -25,13 +25,13 @@ _HEADING = re.compile(r"(.*?)\s*[(\[]([^()\[\]]*)[)\]]\s*")  # name and unit
 _WIDE = {code: code - 0xFEE0 for code in range(0xFF01, 0xFF5F)} | {0x3000: 0x20}  # full-width characters
 
 Kind = Literal["run", "factor", "condition", "replicate", "response", "origin", "study"]
-ASKED: tuple[Kind, ...] = ("factor", "condition", "replicate")
+_LEVEL_KINDS: tuple[Kind, ...] = ("factor", "condition", "replicate")
 SheetRow = tuple[Request, Mapping[str, str | float]]  # a run, and its cells that are already known, by column name
 
 
 @dataclass(frozen=True)
 class Field:
-    """A column of the sheet: its name, unit and kind, and a `content` that is the same in every row."""
+    """A column of the sheet: name, unit, kind, and `content`, the text in every row of a column of kind `study`."""
 
     name: str
     unit: str
@@ -40,11 +40,11 @@ class Field:
 
     @property
     def heading(self) -> str:
-        """Heading of the column, such as ``force (N)``; without a unit, its name."""
+        """Heading of the column, such as ``force (N)``; only the name if there is no unit."""
         return f"{self.name} ({self.unit})" if self.unit not in ("", "1") else self.name
 
-    def asked(self, run: Request) -> str | float:
-        """Return the cell of a run in this column; empty in columns for results."""
+    def cell(self, run: Request) -> str | float:
+        """Return the cell of a run in this column; empty if people fill in the column."""
         if self.kind == "factor":
             return run.levels[self.name]
         cells: dict[Kind, str | float] = {"run": run_name(run), "condition": run.condition, "replicate": run.replicate}
@@ -63,15 +63,15 @@ def fields_of(study: Study) -> list[Field]:
     conditions = [] if at is None else [Field(at.name, at.unit, "condition")]
     replicates = [Field(REPLICATE, "", "replicate")] if study.solver.repeats > 1 else []
     responses = [Field(response.name, response.unit, "response") for response in entered_responses(study)]
-    asked = [Field(RUN, "", "run"), *factors, *conditions, *replicates, *responses]
+    columns = [Field(RUN, "", "run"), *factors, *conditions, *replicates, *responses]
     origin = [Field(name, "", "origin") for name in (WHO, WHEN, REMARK)]
     origin.append(Field(STUDY, "", "study", content=study.name))
-    used = {field.name.casefold() for field in asked}  # a factor may be called `study`
-    return [*asked, *(field for field in origin if field.name not in used)]
+    used = {field.name.casefold() for field in columns}  # a factor may be called `study`
+    return [*columns, *(field for field in origin if field.name not in used)]
 
 
 def entered_responses(study: Study) -> tuple[Variable, ...]:
-    """Return the responses whose values people enter; for the shear test, only the force."""
+    """Return the responses whose values people enter: the first, and those that are not from the cutting test."""
     return study.naming.response, *study.naming.others
 
 
@@ -81,7 +81,7 @@ def sheet_text(study: Study, rows: Sequence[SheetRow]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([field.heading for field in fields])
     for run, known in rows:
-        cells = [known.get(field.name, field.asked(run)) for field in fields]
+        cells = [known.get(field.name, field.cell(run)) for field in fields]
         writer.writerow([cell if isinstance(cell, str) else f"{cell:.{_DIGITS}g}" for cell in cells])
     return "\ufeff" + text.getvalue()
 
@@ -122,17 +122,17 @@ class Filled:
         """Whether the row has no result yet."""
         return not any(self.values.values()) and not self.remark.casefold().startswith(FAILED) and not self.broken
 
-    def with_levels_given(self) -> Self:
+    def without_empty_levels(self) -> Self:
         return replace(self, levels={name: text for name, text in self.levels.items() if text})
 
 
 def narrow(text: str) -> str:
-    """Replace the wide letters, digits and signs of Chinese input by ASCII ones, and strip spaces."""
+    """Replace full-width letters, digits and signs, which Chinese input methods write, by ASCII; strip spaces."""
     return text.translate(_WIDE).strip()
 
 
 def filled(content: bytes, source: str, study: Study, *, partial: bool = False) -> list[Filled]:
-    """Return the rows of a sheet; `UsageError` if columns are missing, except columns of levels if `partial`."""
+    """Return the rows of a sheet; `UsageError` if columns are missing (if `partial`, levels may be missing)."""
     if len(content) > MAX_BYTES:
         message = f"{source} is larger than {MAX_BYTES // MIB} MiB; save the worksheet with the runs as a separate file"
         raise UsageError(message)
@@ -145,12 +145,12 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
 
 
 def rows_from_mappings(rows: Sequence[Mapping[str, Any]], study: Study) -> list[Filled]:
-    """Convert mappings (cell by column name) to rows; `failed` is the reason for a failed run. Raise `UsageError`."""
+    """Convert mappings of column names to cells into rows; the key ``failed`` contains why a run failed."""
     fields = fields_of(study)
     lines = [(0, [field.heading for field in fields])]
     lines += [(number, _cells(row, f"row {number}", fields)) for number, row in enumerate(rows, 1)]
     filled_rows = _of_lines(lines, "row", study, partial=True)
-    return [replace(row.with_levels_given(), place=row.place.replace(":", " ")) for row in filled_rows]
+    return [replace(row.without_empty_levels(), place=row.place.replace(":", " ")) for row in filled_rows]
 
 
 def _cells(row: object, place: str, fields: Sequence[Field]) -> list[str]:
@@ -219,7 +219,7 @@ def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: 
             place=f"{source}:{number}",
             run=_of(cells, columns, "run")[RUN],
             values=_of(cells, columns, "response"),
-            levels=_of(cells, columns, *ASKED),
+            levels=_of(cells, columns, *_LEVEL_KINDS),
             origin=_of(cells, columns, "origin", "study"),
             units=units,
             decimal=decimal,
@@ -251,7 +251,7 @@ def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> t
         if column is not None:
             places[column] = i
             units[column.name] = unit or column.unit
-    optional = ("origin", "study", *(ASKED if partial else ()))
+    optional = ("origin", "study", *(_LEVEL_KINDS if partial else ()))
     missing = [column.heading for column in fields if column not in places and column.kind not in optional]
     if missing:
         raise UsageError(

@@ -1,4 +1,4 @@
-"""The solver for manual runs: it looks up results in a file; people perform the runs that are not in the file."""
+"""The solver for manual runs: it looks up results in a file, and waits for people to perform all other runs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,12 +18,12 @@ from stemcal.storage.atomic import make_folder
 from stemcal.storage.plain import read_plain
 from stemcal.study.model.study import Study
 
-SHEET_VERSION = 1
+_SHEET_VERSION = 1
 
 
 @dataclass(frozen=True)
 class _KnownRow:
-    """A row of the file: its cells, its levels as numbers, and its result, None for a run without a result."""
+    """A row of the file: its cells, its levels as numbers, and its result; None for a run without a result."""
 
     cells: Filled
     levels: Mapping[str, float]
@@ -50,7 +50,7 @@ class Sheet(Solver):
 
     @classmethod
     def of(cls, study: Study) -> Self:
-        """Return the solver of a study with the present content of its templates and its file."""
+        """Return the solver of a study, with the rows of its file and the hashes of its templates as they are now."""
         options = study.solver
         assert isinstance(options, SheetSolver)
         rows = {} if options.file is None else _known_rows(study, options.file)
@@ -62,12 +62,12 @@ class Sheet(Solver):
         return self.study.solver
 
     def identity(self, request: Request) -> dict[str, Any]:
-        """Return all data that determine the answer; stage and row are included unless equal levels share a result."""
+        """Return all data that determine the answer; stage and row are left out if runs with equal levels share one."""
         known = self._row(request)
         row = {} if not self.options.repeats and known is None else {"stage": request.stage, "row": request.row}
         return {
             "kind": "sheet",
-            "version": SHEET_VERSION,
+            "version": _SHEET_VERSION,
             "inputs": self.inputs.identity(),
             **({"known": known.as_data()} if known is not None and known.answer is not None else {}),
             **row,
@@ -110,7 +110,7 @@ class Sheet(Solver):
 
 
 def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
-    """Return the rows of a sheet by the names of their runs, sorted by number; `UsageError` with all wrong rows."""
+    """Return the rows of a sheet by run name, sorted by the number of the run; `UsageError` with all wrong rows."""
     try:
         content = read_plain(path, MAX_BYTES)
     except OSError as error:
@@ -118,17 +118,17 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
     known: dict[str, list[_KnownRow]] = {}
     wrong: list[str] = []
     for filled_row in filled(content, path.name, study, partial=True):
-        cells = replace(filled_row.with_levels_given(), run=filled_row.run_name)
+        cells = replace(filled_row.without_empty_levels(), run=filled_row.run_name)
         try:
             known.setdefault(cells.run, []).append(_known(study, cells))
         except RowRefused as refused:
             wrong.append(str(refused))
-    if wrong := wrong or _gaps(path.name, known) or _slips(study, known):
+    if wrong := wrong or _gaps(path.name, known) or _unlikely_values(study, known):
         raise UsageError("\n".join(first_of(wrong)))
     return dict(sorted(known.items(), key=lambda item: _number(item[0])))
 
 
-def _slips(study: Study, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
+def _unlikely_values(study: Study, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
     at, usual = study.naming.condition, study.targets.calibrate_at
     runs = []
     known = {name: several for name, several in rows.items() if STAGES.named(name.split()[0]) is not None}
