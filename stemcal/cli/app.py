@@ -11,13 +11,13 @@ import typer
 from typer.core import TyperGroup
 
 from stemcal.cli import doctor, explain, export, measure, run, simulate, spec, status
-from stemcal.cli.exit_codes import exit_codes, flush_all, steady_surroundings
+from stemcal.cli.exit_codes import exit_codes, flush_all, prepare_process
 from stemcal.stages.stage import STAGES
 from stemcal.version import __version__
 
 
 class _Commands(TyperGroup):
-    """The subcommands, including stages of other packages; their errors become messages and exit codes."""
+    """The subcommands of stemcal, including stages of other packages; errors become messages and exit codes."""
 
     def invoke(self, ctx: Any) -> Any:
         with exit_codes():
@@ -30,7 +30,7 @@ class _Commands(TyperGroup):
         if (own := super().get_command(ctx, cmd_name)) or (stage := STAGES.named(cmd_name)) is None:
             return own
         further = typer.Typer(rich_markup_mode="rich")
-        further.command(stage.name, rich_help_panel=STAGE_PANEL)(run.command_of(stage, "my-study.yaml"))
+        further.command(stage.name, rich_help_panel=_STAGE_PANEL)(run.command_of(stage, "my-study.yaml"))
         return typer.main.get_command(further)
 
 
@@ -43,11 +43,11 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-STAGE_PANEL = "Stages of a study (an interrupted stage resumes where it stopped)"
-STUDY_PANEL = "Prepare, monitor and publish a study"
+_STAGE_PANEL = "Stages of a study (an interrupted stage resumes where it stopped)"
+_STUDY_PANEL = "Prepare, monitor and publish a study"
 COMMANDS: dict[str, tuple[Any, ...]] = {
-    STAGE_PANEL: (run.run, *(run.command_of(stage) for stage in STAGES.built_in), run.enter, run.report),
-    STUDY_PANEL: (spec.init, spec.check, simulate.simulate, status.status),
+    _STAGE_PANEL: (run.run, *(run.command_of(stage) for stage in STAGES.built_in), run.enter, run.report),
+    _STUDY_PANEL: (spec.init, spec.check, simulate.simulate, status.status),
     "Help": (doctor.doctor, explain.explain),
 }
 """The commands in each panel of the help."""
@@ -55,10 +55,10 @@ for _panel, _commands in COMMANDS.items():
     for _command in _commands:
         app.command(rich_help_panel=_panel)(_command)
 for _typer in (app, measure.app, export.app):
-    for _info in _typer.registered_commands:  # rich would keep the line breaks of the docstring within paragraphs
+    for _info in _typer.registered_commands:  # without line breaks within paragraphs, which rich would keep
         _info.help = re.sub(r"(?<!\n)\n(?!\n)", " ", cleandoc(_info.callback.__doc__ or ""))
-app.add_typer(measure.app, name="measure", rich_help_panel=STUDY_PANEL)
-app.add_typer(export.app, name="export", rich_help_panel=STUDY_PANEL)
+app.add_typer(measure.app, name="measure", rich_help_panel=_STUDY_PANEL)
+app.add_typer(export.app, name="export", rich_help_panel=_STUDY_PANEL)
 
 
 def _version(wanted: bool) -> None:
@@ -82,7 +82,7 @@ def stemcal(
 
 def main() -> None:
     """Entry point of the console script."""
-    steady_surroundings()
+    prepare_process()
     try:
         app()
     finally:

@@ -46,7 +46,7 @@ def say_whole(*lines: str) -> None:
 
 
 def say_text(text: str) -> None:
-    """Print a text on stdout unchanged."""
+    """Print a text on stdout without changes."""
     with suppress(BrokenPipeError):  # the reader has closed the pipe
         print(text, flush=True)
 
@@ -94,7 +94,7 @@ def fail(message: str) -> None:
 
 
 def await_(message: str) -> None:
-    """Print on stderr what a study is waiting for, without breaking lines, so that the command can be copied."""
+    """Print on stderr which results a study waits for, without breaking lines, so that the command can be copied."""
     envelope.add("info", message)
     stderr().print(message, style="cyan", soft_wrap=True, highlight=False, markup=False)
 
@@ -121,7 +121,7 @@ def route_log() -> None:
 
 
 def waiting(what: str, quiet: bool) -> AbstractContextManager[object]:
-    """Show on a terminal that something is being computed."""
+    """Show a spinner with the text `what` during a ``with`` block, if stderr is a terminal and not `quiet`."""
     console = stderr()
     return console.status(what) if console.is_terminal and not quiet else nullcontext()
 
@@ -142,7 +142,7 @@ class _Terminal(Console):
             self.width = self.WIDEST
 
     def on_broken_pipe(self) -> None:
-        """Discard further output and continue, if the reader of the output has closed it."""
+        """Discard further output and continue, if the program that reads the output has closed the pipe."""
         drop(self.file)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:

@@ -40,7 +40,7 @@ _RESUMES = "finished runs are kept; run the same command again to resume"
 @contextmanager
 def exit_codes() -> Iterator[None]:
     """Run a command; convert an exception to a message on stderr and an exit code."""
-    envelope.command, envelope.result, envelope.notes = "", None, []  # discards the data of an earlier command
+    envelope.command, envelope.result, envelope.notes = "", None, []  # removes data of an earlier command in tests
     with raising_interrupts():
         try:
             raise_noted()
@@ -52,13 +52,13 @@ def exit_codes() -> Iterator[None]:
         except StemcalError as error:
             count = len(error.problems) if isinstance(error, SpecError) else 1
             _leave(f"the spec has {count} problems\n{error}" if count > 1 else str(error), error.exit_code)
-        except BaseException as error:  # also an exit called by a plug-in or a library
+        except BaseException as error:  # includes SystemExit from a plug-in or a library
             if isinstance(error, typer.Exit | typer.Abort) or hasattr(error, "show"):  # usage errors print themselves
                 envelope.print(_status_of(getattr(error, "exit_code", 1)))
                 raise
             try:
                 raise_noted()
-            except KeyboardInterrupt as interrupt:  # a library has converted it to another exception
+            except KeyboardInterrupt as interrupt:  # a library has turned Ctrl-C into another exception
                 _leave_interrupted(interrupt)
             _leave(_unexpected(error), 1)
 
@@ -80,7 +80,7 @@ def _status_of(code: int) -> str:
 
 
 def _unexpected(error: BaseException) -> str:
-    """Return the message for an unexpected error; the traceback of an internal error is written to a file."""
+    """Return the message for an unexpected error; write the traceback of an internal error to a file."""
     if isinstance(error, MemoryError):
         return f"not enough memory; use fewer workers (`--workers`) or larger elements; {_RESUMES}"
     if isinstance(error, OSError) and error.errno is not None:
@@ -97,14 +97,14 @@ def _unexpected(error: BaseException) -> str:
     return line
 
 
-def steady_surroundings() -> None:
-    """Make outputs usable if they are closed or cannot encode all characters; correct environment variables."""
+def prepare_process() -> None:
+    """Correct environment variables, and make outputs usable that are closed or cannot encode all characters."""
     os.environ["MPLBACKEND"] = "agg"  # figures go to files
     try:
         datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "0")), UTC)
     except (ValueError, OverflowError, OSError):
         del os.environ["SOURCE_DATE_EPOCH"]
-    for descriptor in (0, 1, 2):  # a closed one would be reused for the next opened file
+    for descriptor in (0, 1, 2):  # the next opened file would get the number of a closed one, and output go to it
         with suppress(OSError):
             os.fstat(descriptor)
             continue
@@ -115,7 +115,7 @@ def steady_surroundings() -> None:
 
 
 def flush_all() -> None:
-    """Flush the outputs; discard text that cannot be written, so that Python does not try again at its end."""
+    """Flush the outputs; discard text that cannot be written, because Python would try again and fail when it exits."""
     for stream in filter(None, (sys.stdout, sys.stderr)):
         try:
             stream.flush()

@@ -15,9 +15,9 @@ from stemcal.report.glossary import Term, glossary
 
 
 def look_up(term: str) -> list[Term]:
-    """Return the entries with this name, a term or a spec key; if there are none, the entries whose names contain it.
+    """Return the entries for a term or a spec key; if there are none, the glossary entries whose names contain `term`.
 
-    Raises `UsageError` with the most similar terms if there is no entry.
+    Raises `UsageError`, which suggests similar terms, if there is no entry.
 
     >>> [entry.term for entry in look_up("program")]
     ['solver.program, kind: deck']
@@ -39,7 +39,7 @@ def look_up(term: str) -> list[Term]:
 
 @functools.cache
 def _keys_of_a_spec() -> tuple[Term, ...]:
-    """Return an entry for each key of a spec; its names are the path and the last part of the path."""
+    """Return an entry for each key of a spec, which can be looked up by its path or by the last part of the path."""
     from stemcal.study.reading.json_schema import meanings
 
     paths = [place.partition(",")[0].replace("[]", "").rpartition(".") for place in meanings()]
@@ -59,11 +59,11 @@ def _plain(text: str) -> str:
     return text.strip().lower().translate(table).replace("'s", "").replace("'", "").replace("-", " ")
 
 
-Wanted = Annotated[list[str] | None, typer.Argument(metavar="TERM", help="Glossary term or spec key.")]
-Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec for use in an editor.")]
+_Wanted = Annotated[list[str] | None, typer.Argument(metavar="TERM", help="Glossary term or spec key.")]
+_Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec for use in an editor.")]
 
 
-def explain(term: Wanted = None, schema: Schema = False, as_json: AsJson = False) -> None:
+def explain(term: _Wanted = None, schema: _Schema = False, as_json: AsJson = False) -> None:
     """Explain a glossary term or a key of the spec.
 
     If no term is given, all terms are listed. Terms can be given in English or Chinese. To enable completion of spec

@@ -19,26 +19,26 @@ if TYPE_CHECKING:
     from stemcal.runs.study_folder import StudyFolder
     from stemcal.study.model.study import Study
 
-TableFormat = Annotated[
+_TableFormat = Annotated[
     Literal["csv", "md", "tex", "docx"],
     typer.Option("--format", "-f", help="Output format: CSV (one file per table), Markdown, LaTeX or Word."),
 ]
-Names = Annotated[
+_Names = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="NAME", help="Figure names or their prefixes; `list` prints all figure names.", show_default="all"
     ),
 ]
-FigureFormat = Annotated[
+_FigureFormat = Annotated[
     Literal["svg", "png", "pdf", "eps", "tiff"] | None,
     typer.Option("--format", "-f", help="Figure format.", show_default="svg and png"),
 ]
-Dpi = Annotated[
+_Dpi = Annotated[
     float,
     typer.Option("--dpi", metavar="N", min=50, max=1200, help="Resolution of PNG and TIFF files in dots per inch."),
 ]
-Width = Annotated[float | None, typer.Option("--width", metavar="MM", min=40, max=400, help="Figure width in mm.")]
-ANIMATION = "animation"
+_Width = Annotated[float | None, typer.Option("--width", metavar="MM", min=40, max=400, help="Figure width in mm.")]
+_ANIMATION = "animation"
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -48,7 +48,7 @@ app = typer.Typer(
 
 
 @app.command()
-def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJson = False) -> None:
+def tables(spec: Spec, kind: _TableFormat = "csv", out: Out = None, as_json: AsJson = False) -> None:
     """Write publication-ready tables of the results.
 
     The tables are saved in the `tables` subfolder of the study folder. The tables contain the factors, the runs and
@@ -72,10 +72,10 @@ def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJs
 @app.command()
 def figures(
     spec: Spec,
-    names: Names = None,
-    kind: FigureFormat = None,
-    dpi: Dpi = 300,
-    width: Width = None,
+    names: _Names = None,
+    kind: _FigureFormat = None,
+    dpi: _Dpi = 300,
+    width: _Width = None,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -102,10 +102,10 @@ def figures(
         else:
             say_tables(Table((Column("name", "Figure"), Column("caption", "Content")), tuple(named.items())))
         return
-    drawn = [chosen(plots, name) for name in names or ["all"] if not name.startswith(ANIMATION)]
+    drawn = [chosen(plots, name) for name in names or ["all"] if not name.startswith(_ANIMATION)]
     kinds = ["svg", "png"] if kind is None else [kind]
     paths = write_as([plot for group in drawn for plot in group], folder.path / "figures", kinds, dpi, width)
-    paths += [write_film(study, records, folder, name) for name in names or () if name.startswith(ANIMATION)]
+    paths += [write_film(study, records, folder, name) for name in names or () if name.startswith(_ANIMATION)]
     _print_paths([str(path) for path in paths], as_json)
 
 
@@ -121,7 +121,7 @@ def _print_paths(paths: list[str], as_json: bool) -> None:
 
 
 def chosen(plots: list[Plot], name: str) -> list[Plot]:
-    """Return the figure with this name, or all figures whose names begin with it."""
+    """Return the figure with this name (or all for `all`); if there is none, the figures whose names begin with it."""
     matches = [p for p in plots if name in ("all", p.name)] or [p for p in plots if p.name.startswith(name)]
     if not matches:
         known = ", ".join(p.name for p in plots) or "not drawn yet; run `stemcal run SPEC` first"
@@ -130,20 +130,20 @@ def chosen(plots: list[Plot], name: str) -> list[Plot]:
 
 
 def films(records: Records) -> dict[str, str]:
-    """Return the labels of the runs with stored frames by the names of their animations."""
+    """Return the label of the run for each available animation, by the name of the animation."""
     kept = (label for label, record in records.items() if record.details.film and record.at_solution)
-    return {f"{ANIMATION}-{label.replace(' ', '')}": label for label in kept}
+    return {f"{_ANIMATION}-{label.replace(' ', '')}": label for label in kept}
 
 
 def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -> Path:
-    """Write an animation as a GIF and return its path; ``animation`` is that at the calibration diameter."""
+    """Write the animation of this name as a GIF and return its path; ``animation`` means the calibration diameter."""
     from stemcal.cutting.end_state import Shape
     from stemcal.formats import short
     from stemcal.report.fracture import write_animation
     from stemcal.solvers.film import frames_of
     from stemcal.storage.atomic import make_folder
 
-    wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name == ANIMATION else name
+    wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name == _ANIMATION else name
     known = films(records)
     if wanted not in known:
         remedy = "the `refine` and `validate` stages store the frames; run `stemcal run SPEC` first"

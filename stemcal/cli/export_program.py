@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 RADIOSS = ".rad"
 
-DeckFile = Annotated[
+_DeckFile = Annotated[
     Path,
     typer.Argument(
         metavar="PATH", help="Deck file with extension `.k` (LS-DYNA) or `.rad` (OpenRadioss).", show_default=False
     ),
 ]
-Program = Annotated[
+_Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
     typer.Option("--for", help="Solver for which the deck is written.", show_default="from study or file name"),
 ]
@@ -36,8 +36,8 @@ Program = Annotated[
 
 def export_deck(
     spec: Spec,
-    path: DeckFile,
-    program: Program = None,
+    path: _DeckFile,
+    program: _Program = None,
     diameter: Diameter = None,
     settings: Settings = None,
     out: Out = None,
@@ -82,7 +82,7 @@ def export_deck(
 
 
 def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna", "openradioss"]:
-    """Return the program for which the deck is written; raise `UsageError` if it is unknown or does not fit."""
+    """Return the program for which the deck is written; `UsageError` if unknown, or not that of file name or study."""
     own = study.solver.program_name if study.kind.writes_decks else None
     chosen = asked or ("openradioss" if path.suffix == RADIOSS else own)
     if chosen == "lsdyna" and path.suffix == RADIOSS:
@@ -99,7 +99,7 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
 
 
 def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, dict[str, float]]:
-    """Return study and levels for a deck: levels refined in the program, else calibrated levels, else mid-range."""
+    """Return study and levels for a deck: the levels refined with the program, else calibrated, else mid-range ones."""
     from stemcal.runs.study_folder import StudyFolder, place_of
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.results import fresh_results
@@ -119,7 +119,7 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
 
 
 def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
-    """Return the texts of the deck and, if they are needed, of the starter and engine files, by their paths."""
+    """Return the texts of the files to write by path: the deck and, if needed, the starter and engine files."""
     from stemcal.solvers.deck.writer import engine_text, starter_around
 
     is_radioss = path.suffix == RADIOSS
@@ -136,12 +136,12 @@ def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
 
 _COARSEST = 0.5  # largest element size, in units of the diameter
 
-Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]
-Card = Annotated[
+_Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]
+_Card = Annotated[
     Literal["lsdyna", "openradioss"],
     typer.Option("--for", help="Solver for which the material card is written.", show_default=False),
 ]
-Size = Annotated[
+_Size = Annotated[
     str,
     typer.Option(
         "--element-size", metavar="LENGTH", help="Element size of your finite element model.", show_default=False
@@ -151,9 +151,9 @@ Size = Annotated[
 
 def export_material(
     spec: Spec,
-    folder: Folder,
-    program: Card,
-    element_size: Size,
+    folder: _Folder,
+    program: _Card,
+    element_size: _Size,
     out: Out = None,
     workers: Workers = None,
     executor: ExecutorName = "local",

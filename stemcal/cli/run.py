@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model.study import Study
 
-Until = Annotated[
+_Until = Annotated[
     str | None,
     typer.Option("--until", metavar="STAGE", help="Stage after which the study stops.", show_default="all stages"),
 ]
-Retry = Annotated[bool, typer.Option("--retry", help="Repeat the failed runs before any other runs.")]
-Quick = Annotated[bool, typer.Option("--quick", help="Calibrate in few runs, without a surface and intervals.")]
+_Retry = Annotated[bool, typer.Option("--retry", help="Repeat the failed runs before any other runs.")]
+_Quick = Annotated[bool, typer.Option("--quick", help="Calibrate in few runs, without a surface and intervals.")]
 
 
 def run(
     spec: Spec,
-    until: Until = None,
-    retry: Retry = False,
-    quick: Quick = False,
+    until: _Until = None,
+    retry: _Retry = False,
+    quick: _Quick = False,
     out: Out = None,
     workers: Workers = None,
     executor: ExecutorName = "local",
@@ -80,7 +80,7 @@ def run(
 
 
 def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
-    """Compute the stages and the report of a study; return the function that shows them once the study is closed."""
+    """Compute the stages and the report of a study; return a function that prints them, to call after unlocking."""
     from stemcal.report.redraw import draw, draw_words
     from stemcal.stages.fresh import finished, make_all
     from stemcal.stages.results import fresh_results
@@ -93,7 +93,7 @@ def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
     last, before = stages_of(study)[-1].name, finished(study, folder)
 
     def draw_so_far(result: StageResult) -> None:
-        if result.name != last and not before:  # after the last stage, the page is written with figures
+        if result.name != last and not before:  # after the last stage, the page with figures follows anyway
             draw_words(study, folder)
 
     folder.remember_spec(study.source)
@@ -196,9 +196,9 @@ def command_of(stage: Stage[Any], example: str = "") -> Callable[..., None]:
 
 
 def _show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_json: bool, quiet: bool) -> None:
-    """Print the tables (or JSON) of a stage on stdout, warnings and notes on stderr; exit code 3 if runs failed.
+    """Print the tables (or JSON) of a stage on stdout, warnings and notes on stderr; exit with code 3 if runs failed.
 
-    If the finished stages show that the study is not calibrated, no intervals are shown.
+    Confidence intervals are omitted if the finished stages show that the study is not calibrated.
     """
     from stemcal.report.outcome import KNOWN, shown_notes
     from stemcal.report.records import read_records, run_warnings
@@ -247,14 +247,14 @@ def report(
         say_whole(f"Report: {page}", f"Figures: {drawn}")
 
 
-Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Run sheet with the results (`.csv` or `.xlsx`).")]
-Replace = Annotated[
+_Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Run sheet with the results (`.csv` or `.xlsx`).")]
+_Replace = Annotated[
     str, typer.Option("--replace", metavar="WHY", help="Reason for replacing recorded results.", show_default=False)
 ]
 
 
 def enter(
-    spec: Spec, sheet: Sheet, out: Out = None, replace: Replace = "", as_json: AsJson = False, quiet: Quiet = False
+    spec: Spec, sheet: _Sheet, out: Out = None, replace: _Replace = "", as_json: AsJson = False, quiet: Quiet = False
 ) -> None:
     """Record the results of manual runs and continue the study.
 

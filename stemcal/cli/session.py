@@ -56,13 +56,13 @@ if TYPE_CHECKING:
     from stemcal.stages.results import Results
     from stemcal.study.model.study import Study
 
-DASK = "dask://"
+_DASK = "dask://"
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Session:
-    """An open study with its locked folder, executor and progress display, and the run sheet of manual runs."""
+    """An open study: its locked folder, its executor, its progress display, and its run sheet if it has manual runs."""
 
     study: Study
     folder: StudyFolder
@@ -71,7 +71,7 @@ class Session:
     sheet: OwnSheet | None
 
     def continued(self, work: Callable[[], T]) -> T:
-        """Return the result of `work`; repeat it if the results that it waits for were saved to the sheet meanwhile."""
+        """Return the result of `work`; call it again if new results were saved to the sheet while it ran."""
         while True:
             try:
                 return work()
@@ -80,7 +80,7 @@ class Session:
                     raise
 
     def foresee(self, stage: str | None = None) -> None:
-        """Raise if the memory is not sufficient for the runs of a `stage`, or of all stages; warn of long runs."""
+        """Warn of long runs of a `stage` (default: all stages); raise `UsageError` if they need too much memory."""
         from stemcal.solvers import make_solver
         from stemcal.stages.fresh import finished
         from stemcal.stages.stage import stage_called
@@ -109,13 +109,13 @@ def study_or_exit(spec: Path, changes: Mapping[str, object] | None = None) -> St
 
 
 def _executor_called(name: str, workers: int | None) -> Callable[[float | None], RunExecutor]:
-    """Return a function that creates the executor for a time limit of a run (s); `UsageError` for an unknown name."""
+    """Return a function that creates this executor, from the time limit of a run (s); `UsageError` for a wrong name."""
     if name == "local":
         from stemcal.runs.executors.local import LocalExecutor
 
         return lambda time_limit: LocalExecutor(workers, time_limit)
-    host, _, port = name.removeprefix(DASK).rpartition(":")
-    if not name.startswith(DASK):
+    host, _, port = name.removeprefix(_DASK).rpartition(":")
+    if not name.startswith(_DASK):
         raise UsageError(f"--executor {name}: unknown executor; use `local` or `dask://HOST:PORT`")
     if not host or not port.isdigit():
         raise UsageError(f"--executor {name}: write the address of your scheduler as `dask://HOST:PORT`")
@@ -126,7 +126,7 @@ def _executor_called(name: str, workers: int | None) -> Callable[[float | None],
         )
     from stemcal.runs.executors.cluster import DaskExecutor
 
-    return lambda time_limit: DaskExecutor(name.removeprefix(DASK), time_limit)
+    return lambda time_limit: DaskExecutor(name.removeprefix(_DASK), time_limit)
 
 
 @contextmanager
@@ -139,10 +139,10 @@ def opened(
     entered: Path | None = None,
     changes: Mapping[str, object] | None = None,
 ) -> Iterator[Session]:
-    """Open a study, with `changes` of its spec, in a locked folder.
+    """Open a study in its folder, which is locked during the ``with`` block; `changes` modify the spec.
 
-    Results in the run sheet of the folder are entered first, unless the command itself enters this sheet (`entered`).
-    If the study waits for results, the sheet is written, and the command ends with a message.
+    First, the results in the run sheet of the folder are recorded, unless the command itself records them (then
+    `entered` is this sheet). If `Waiting` ends the block, a new sheet is written and the command exits with a message.
     """
     make_executor = _executor_called(executor, workers)
     study = study_or_exit(spec, changes)
@@ -184,7 +184,7 @@ def existing_folder(study: Study, out: Path | None) -> StudyFolder:
 
 
 def finished_work(spec: Path, out: Path | None, quiet: bool = False) -> tuple[Study, StudyFolder, Results]:
-    """Return a study, its folder and its up-to-date results; unless `quiet`, warn of stages that are out of date."""
+    """Return a study, its folder and its up-to-date results; unless `quiet`, warn of out-of-date stages."""
     from stemcal.stages.results import fresh_results
 
     study = study_or_exit(spec)

@@ -1,4 +1,4 @@
-"""`stemcal simulate`: one virtual test, or one run of the program that a spec names."""
+"""`stemcal simulate`: one virtual test, or one run of the external program in a spec."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="FACTOR=VALUE", help="Factor value in the unit given in the spec (can be repeated)."),
 ]
-CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history.")]
-FigureFile = Annotated[
+_CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history.")]
+_FigureFile = Annotated[
     Path | None,
     typer.Option("--figure", metavar="FILE", help="File for the force–travel plot (`.png`, `.svg` or `.pdf`)."),
 ]
-FramesFolder = Annotated[
+_FramesFolder = Annotated[
     Path | None,
     typer.Option("--frames", metavar="DIR", help="Folder for about 50 simulation frames in ParaView format."),
 ]
-TestName = Annotated[str | None, typer.Option("--test", metavar="NAME", help="Name of a test.", show_default=CUTTING)]
+_TestName = Annotated[str | None, typer.Option("--test", metavar="NAME", help="Name of a test.", show_default=CUTTING)]
 
 
 def simulate(
     spec: Spec,
     diameter: Diameter = None,
     settings: Settings = None,
-    csv_file: CsvFile = None,
-    figure: FigureFile = None,
-    frames: FramesFolder = None,
-    test: TestName = None,
+    csv_file: _CsvFile = None,
+    figure: _FigureFile = None,
+    frames: _FramesFolder = None,
+    test: _TestName = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -125,7 +125,7 @@ def _draw_force(result: CuttingResult, path: Path, of_blade: bool) -> None:
 
 
 def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
-    """Return the value of every factor: from the settings (FACTOR=VALUE) if it is in them, otherwise from `start`."""
+    """Return the levels `start` of all factors, changed by the settings (texts ``FACTOR=VALUE``)."""
     from stemcal.study.reading.messages import level_of
 
     levels = dict(start)
@@ -141,7 +141,7 @@ def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str])
 
 
 def require_material(study: Study, levels: Mapping[str, float], diameter: float) -> None:
-    """Raise `UsageError` for levels that are impossible for a material."""
+    """Raise `UsageError` if a material cannot have these levels at this stem diameter (mm)."""
     from stemcal.study.rules.factors import wrong_levels
 
     if wrong := list(wrong_levels(study, levels, diameter)):
@@ -161,7 +161,7 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, fra
 
 
 def summary(result: CuttingResult, diameter: float, test: str = CUTTING, measured: Iterable[str] = ()) -> object:
-    """Return the numbers of a result as JSON values; `measured` names the responses of other packages to include."""
+    """Return the numbers of a result as JSON values, with the responses in `measured` that other packages define."""
     from stemcal.laboratory.perform import LaboratoryResult
     from stemcal.responses import CUT, ForceTravel, responses_in
 

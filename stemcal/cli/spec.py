@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stemcal.overview.plan import Plan
     from stemcal.study.model.study import Study
 
-MORE = "# ---- "  # beginning of the part of the template that only --full writes
+_MORE = "# ---- "  # marks where the optional part of the template begins, which only --full writes
 
 
 def init(
@@ -52,14 +52,14 @@ def init(
 
 
 def spec_text(name: str, full: bool = False) -> str:
-    """Return the commented spec of a study with a name; raise `UsageError` if the name is not valid."""
+    """Return a commented spec for a study of this name; raise `UsageError` if the name is not valid."""
     from stemcal.study.reading.messages import checked
     from stemcal.study.types.field_types import StudyName
 
     checked(StudyName, name, "NAME")
     text = files("stemcal.cli").joinpath("study.yaml").read_text(encoding="utf-8")
     text = text.replace("@NAME@", json.dumps(name, ensure_ascii=False), 1)
-    return text if full else text[: text.index(MORE)]
+    return text if full else text[: text.index(_MORE)]
 
 
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
@@ -93,7 +93,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
         *(str(remark) for remark in before if remark.severity == "warning"),
     ]
     estimate = None
-    if not too_much:  # the plan builds a mesh to time it
+    if not too_much:  # `plan` builds the mesh, which then would need too much memory
         path = place_of(study.name, out)
         estimate = plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
         demand = Demand(estimate.to_run, estimate.seconds or 0.0, estimate.memory or 0.0)

@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
 _MOST_NAMES = 20
 
-Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their status and results.")]
-Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
-Verify = Annotated[bool, typer.Option("--verify", help="Check whether any file has changed (exit code 1 if so).")]
+_Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their status and results.")]
+_Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
+_Verify = Annotated[bool, typer.Option("--verify", help="Check whether any file has changed (exit code 1 if so).")]
 
 
 def status(
     spec: Spec,
-    runs: Runs = False,
-    failed: Failed = False,
-    verify: Verify = False,
+    runs: _Runs = False,
+    failed: _Failed = False,
+    verify: _Verify = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -81,7 +81,7 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
         progress = replace(progress, sheet=awaiting_sheet(study, folder))
     if not as_json:
         heads = {"rows": "Runs", "done": "Done", "failed": "Failed", "left": "Left"}
-        # None: the runs depend on the result of an earlier stage
+        # a number is None as long as the runs depend on the result of an earlier stage
         counts = (Column(key, head, form=lambda n: "?" if n is None else str(n)) for key, head in heads.items())
         columns = [Column("stage", "Stage"), Column("file", "File"), *counts]
         say_tables(Table.of(columns, progress.stages, f"Study {progress.study}", state(progress, names)))
