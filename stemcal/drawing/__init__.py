@@ -1,1 +1,1 @@
-"""Tables and figures as data, and the base class that each stage extends to describe its result."""
+"""Tables and figures as data, and the base class with which each stage shows its result as text, tables and figures."""

@@ -13,18 +13,18 @@ ERROR = Column("error_percent", "Error", "%", direction)
 
 
 def condition(naming: Vocabulary) -> tuple[Column, ...]:
-    """Return the column of the condition as a tuple; empty if the study has no condition."""
+    """Return a tuple with the column of the condition; empty if the study has no condition."""
     named = naming.condition
     return () if named is None else (Column("condition", named.capital, named.written, short),)
 
 
 def factor(names: Wording) -> Column:
-    """Return the column with the names or labels of factors."""
+    """Return the column of factors, with their labels or names."""
     return Column("factor", "Factor", form=names.factor, words=True)
 
 
 def levels(factors: Iterable[str], names: Wording, form: Form = significant) -> tuple[Column, ...]:
-    """Return one column for each factor, which contains its level."""
+    """Return a column with the levels of each factor."""
     return tuple(Column(name, names.factor(name), form=form) for name in factors)
 
 
@@ -41,9 +41,9 @@ def simulated(named: Variable, label: str = "") -> Column:
 
 
 def measured_columns(names: Wording, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
-    """Return the column of the condition, then `columns` (key, label, form) headed by the unit of the response.
+    """Return the column of the condition, then `columns` (key, label, format), with the unit of the first response.
 
-    If the rows have different responses (`each`), columns with the name and the unit of the response are added.
+    If `each` row has its own response, the first and the last column contain its name and its unit.
     """
     naming, unit = names.naming, "" if each else names.response.written
     values = [Column(key, label, unit, form) for key, label, form in columns]
@@ -55,7 +55,7 @@ def measured_columns(names: Wording, each: bool, columns: Iterable[tuple[str, st
 
 
 def starred(value: tuple[float | None, str] | None) -> str:
-    """Format a p-value and its stars of significance, with aligned digits; empty for None.
+    """Format a p-value and its significance stars, padded so that the digits are aligned; empty for None.
 
     >>> starred((0.0022, "**")), starred((0.4, "")), starred((None, ""))
     ('0.0022 **', '0.4000   ', '')
@@ -64,19 +64,19 @@ def starred(value: tuple[float | None, str] | None) -> str:
 
 
 def squares(value: float | None) -> str:
-    """Format a sum of squares with two decimals; below 1 with four significant digits."""
+    """Format a sum of squares with two decimals, or with four significant digits below 1; empty for None."""
     if value is None:
         return ""
     return fixed(value) if abs(value) >= 1.0 or value == 0.0 else significant(value)
 
 
 def ratio(value: float | None) -> str:
-    """Format an F ratio with two decimals, four below 1; empty for None."""
+    """Format an F ratio with two decimals, or with four below 1; empty for None."""
     return "" if value is None else fixed(value, 2 if value >= 1.0 else 4)
 
 
 def response_decimals(response: Variable, values: Iterable[float | None], usual: int = 2) -> int:
-    """Return the number of decimals for values of a response: `usual` for the force, more for other small values."""
+    """Return the number of decimals for values of a response: `usual`, or more if it is not the force and is small."""
     return usual if response == FORCE else decimals(values, usual)
 
 
@@ -86,7 +86,7 @@ def to_decimals(places: int) -> Form:
 
 
 def scores(names: Wording) -> list[str]:
-    """Return a footnote if a response is a score, whose values are shown as differences from the measured mean."""
+    """Return a footnote that explains scores, if a response of the study is a score of a curve."""
     text = (
         "A score is the signed deviation of a curve from the mean measured curve along one mode. The error of a score "
         "is given as a percentage of the maximum force."
@@ -94,11 +94,11 @@ def scores(names: Wording) -> list[str]:
     return [text] if any(named.apart for named in names.naming.responses) else []
 
 
-_VALUES = "measured", "predicted", "simulated"
+_VALUES = "measured", "predicted", "simulated"  # keys of rows that contain values of the response
 
 
 def from_means(rows: Iterable[dict[str, Any]], names: Wording) -> list[dict[str, Any]]:
-    """Return table rows in which the values of scores are replaced by differences from the measured mean."""
+    """Return the rows of a table, with the values of scores replaced by their differences from the measured mean."""
     shown = []
     for row in rows:
         if (named := names.naming.named(row["response"])).apart:

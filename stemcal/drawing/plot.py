@@ -1,7 +1,7 @@
 """Figures that are drawn on demand, and their conversion to compact SVG for the report page, in light and dark mode.
 
 Matplotlib repeats the style with every path, writes millionths of a point, and defines the same markers in each figure.
-The page shares styles and markers between figures and rounds to tenths of a point, which saves three quarters.
+Here, the figures of a page share styles and markers, and coordinates have tenths of a point: a quarter of the size.
 """
 
 import json
@@ -23,7 +23,7 @@ _ROUNDED = ("x", "y", "width", "height", "transform")
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure with its caption, and the function `make` that draws it."""
+    """A figure: its caption, where it is shown, and the function `make` that draws it."""
 
     name: str
     section: str  # name of the stage, or "runs"
@@ -46,7 +46,7 @@ class Plot:
 
     @cached_property
     def readings(self) -> list[dict[str, Any]]:
-        """The data of the lines and bars for the page; `document` is created first, as it fixes their positions."""
+        """The data of the lines and bars for the page; first creates `document`, which fixes the layout."""
         return readings(self.figure) if self.document else []
 
     @cached_property
@@ -57,7 +57,7 @@ class Plot:
 
 @dataclass
 class Shared:
-    """Definitions that all figures of a page share: the CSS class of each style, the id of each marker or clip path."""
+    """Definitions that the figures of a page share: CSS classes by style; ids of markers and clip paths by SVG text."""
 
     styles: dict[str, str] = field(default_factory=dict)
     marks: dict[tuple[str, str], str] = field(default_factory=dict)
@@ -75,7 +75,7 @@ class Shared:
 def inline_svg(document: str, description: str, shared: Shared, values: Sequence[Any] = ()) -> str:
     """Return the SVG of a figure for the page; add its styles, markers and clip paths to `shared`.
 
-    `document` is the SVG of Matplotlib, `values` are the data that the page shows under the mouse pointer (`readings`).
+    `document` is the SVG of Matplotlib. `values` is the output of `readings`; the page shows it at the mouse pointer.
     """
     root, ids = fromstring(document), dict[str, str]()
     for node in root.iter():
@@ -96,7 +96,7 @@ def _written(node: Element, shared: Shared, ids: dict[str, str]) -> str:
         return ""
     inside = str(escape((node.text or "").strip())) + "".join(_written(child, shared, ids) for child in node)
     attributes = "".join(f' {name}="{escape(value)}"' for name, value in _attributes(node, shared, ids))
-    if node.tag == "g" and not (inside and attributes):  # a group without effect
+    if node.tag == "g" and not (inside and attributes):  # this group has no effect
         return inside
     return f"<{node.tag}{attributes}>{inside}</{node.tag}>" if inside else f"<{node.tag}{attributes}/>"
 
@@ -123,7 +123,7 @@ def _attributes(node: Element, shared: Shared, ids: dict[str, str]) -> Iterator[
 
 
 def _shorter_path(text: str) -> str:
-    """Shorten the data of an SVG path: numbers to one decimal, no blanks around commands.
+    """Shorten an SVG path: round numbers to one decimal, and remove blanks around commands.
 
     >>> _shorter_path("M 10.04 20 L 13.333 20.96 z")
     'M10 20L13.3 21z'
@@ -132,14 +132,14 @@ def _shorter_path(text: str) -> str:
     return re.sub(r"\s*([MLQCz])\s*", r"\1", tenths)
 
 
-_DENSE = 60  # a curve without a name shows no values if it has more points
+_DENSE = 60  # the page shows no values of a line that has no name and more points than this
 _SCALED = ("linear", "log")
 
 
 def readings(figure: Figure) -> list[dict[str, Any]]:
-    """Return the data of the lines and bars of each two-dimensional panel of a figure.
+    """Return the data of the lines and bars in each two-dimensional panel of a figure.
 
-    A panel has two axes `x` and `y` (`_axis`), and `series` of lines and bars: name, and points in units of the axes.
+    A panel has the axes `x` and `y` (see `_axis`), and `series`: name and points of each line and bar.
     """
     wide, high = (72.0 * inches for inches in figure.get_size_inches())
     data: list[dict[str, Any]] = []
@@ -154,7 +154,7 @@ def readings(figure: Figure) -> list[dict[str, Any]]:
 
 
 def _axis(axis: Any, ends: list[float], limits: tuple[float, float]) -> dict[str, Any]:
-    """Return an axis: its ends in the SVG (points) and in its unit, whether it is logarithmic, its name and unit."""
+    """Return an axis: both ends in SVG coordinates (points) and in its unit, the scale, the name and the unit."""
     label = "" if _words(axis) else axis.get_label_text().replace("\n", " ").replace("\\$", "$")
     name, comma, unit = label.rpartition(", ")
     heading = {"name": name if comma else label, "unit": f" {unit}" if comma else ""}
@@ -163,13 +163,13 @@ def _axis(axis: Any, ends: list[float], limits: tuple[float, float]) -> dict[str
 
 
 def _words(axis: Any) -> dict[float, str]:
-    """Return the tick labels of an axis by their positions; empty if they are numbers."""
+    """Return the tick labels of an axis by position if they are words; empty if all are numbers."""
     texts = {float(at): label.get_text() for at, label in zip(axis.get_ticklocs(), axis.get_ticklabels(), strict=False)}
     return {} if all(re.fullmatch(r"[\d.,−+e-]*", text) for text in texts.values()) else texts
 
 
 def _series(axes: Any) -> Iterator[tuple[str, list[tuple[float, float]]]]:
-    """Yield name and points of each line that has a name or few points, and the ends of bars."""
+    """Yield name and points of each line that has a name or few points, and the end point of each bar."""
     words = {**_words(axes.xaxis), **_words(axes.yaxis)}
     for line in axes.lines:
         label, points = str(line.get_label()), [(float(x), float(y)) for x, y in line.get_xydata()]
@@ -186,7 +186,7 @@ def _series(axes: Any) -> Iterator[tuple[str, list[tuple[float, float]]]]:
 def _named(
     label: str, points: list[tuple[float, float]], words: dict[float, str]
 ) -> Iterator[tuple[str, list[tuple[float, float]]]]:
-    """Yield the points as one series; if an axis has words as tick labels, each point as a series with its word."""
+    """Yield the points as one series; without a `label`, name each point by its tick label if that is a word."""
     kept = [(_rounded(x), _rounded(y)) for x, y in points if isfinite(x) and isfinite(y)]
     if words and not label:
         yield from ((words.get(x) or words.get(y) or "", [(x, y)]) for x, y in kept)

@@ -14,7 +14,7 @@ from stemcal.vocabulary import Wording
 
 R = TypeVar("R", bound=Any)  # the result of a stage
 
-RANGE = "95 % confidence interval"  # the name of the interval that is reported with a calibrated parameter
+RANGE = "95 % confidence interval"  # heading of the interval that is reported for each calibrated parameter
 
 
 class Finished(Protocol):
@@ -38,12 +38,12 @@ class Finished(Protocol):
 
 @dataclass(frozen=True)
 class Setting:
-    """Inputs, besides the result of a stage, from which sentences, tables and figures are created."""
+    """The inputs for figures and closing tables, in addition to the result of a stage."""
 
     study: Study
     results: Finished  # results of all finished stages
     holds: bool = True  # whether the verdict is that the study is calibrated
-    frame: Callable[[Mapping[str, Any]], str] = str  # converts the data of the profiler to HTML for a notebook
+    frame: Callable[[Mapping[str, Any]], str] = str  # converts the data of the prediction profiler to HTML
 
     @cached_property
     def labels(self) -> dict[str, str]:
@@ -51,7 +51,7 @@ class Setting:
 
     @cached_property
     def labelled(self) -> Wording:
-        """The wording for figures, in which factors have label and unit: ``Yield stress (MPa)``."""
+        """The wording for figures: the label of a factor includes the unit, as in ``Yield stress (MPa)``."""
         names = {}
         for factor in self.study.factors:
             unit = unit_written(factor.unit)
@@ -60,9 +60,9 @@ class Setting:
 
 
 class Showing(Checked, Generic[R]):
-    """Creates the sentences, tables and figures of a stage; a stage overrides the methods that it needs."""
+    """Base class that creates the sentences, tables and figures of a stage; subclasses override what they need."""
 
-    claims: ClassVar[bool] = False  # whether the outcome is shown only if the study is calibrated
+    claims: ClassVar[bool] = False  # whether `outcome` is shown only if the verdict is that the study is calibrated
 
     def outcome(self, result: R, names: Wording) -> list[str]:
         """Return sentences that state the outcome."""
@@ -81,7 +81,7 @@ class Showing(Checked, Generic[R]):
         return []
 
     def cited(self, result: R) -> Mapping[str, str]:
-        """Return the 95 % confidence interval of each parameter that the stage determines, as text to report."""
+        """Return the 95 % confidence interval of each parameter that the stage determines, as text, by name."""
         return {}
 
     def closing(self, result: R, setting: Setting) -> list[Table]:
@@ -89,14 +89,14 @@ class Showing(Checked, Generic[R]):
         return []
 
     def profiler(self, result: R, setting: Setting) -> dict[str, Any] | None:
-        """Return the data of the page's profiler in types of JSON; None if the stage has none."""
+        """Return the data of the prediction profiler on the report page, as JSON values; None if there is none."""
         return None
 
     def in_notebook(self, result: R, setting: Setting) -> R:
-        """Return the result for use in a notebook, where it may have further methods."""
+        """Return the result, maybe of a subclass with more methods, for use in a notebook."""
         return result
 
 
 def names_of(result: Any, labels: Mapping[str, str] | None = None) -> Wording:
-    """Return the wording of a result, with `labels` of factors by their names."""
+    """Return the wording for a result, with its names of responses and the `labels` of factors (by factor name)."""
     return Wording(result.naming, labels or {})

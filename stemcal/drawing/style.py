@@ -1,4 +1,4 @@
-"""The style of figures: colours safe for colour-blind readers, fonts for Chinese, SVG for light and dark mode."""
+"""The style of figures (colours for colour-blind readers, fonts for Chinese), and their conversion to files."""
 
 import io
 import logging
@@ -28,8 +28,8 @@ _OF_THE_PAGE = {FAINT: "var(--faint)", BLUE: "var(--blue)", ORANGE: "var(--orang
 COLOURS = {INK: "currentColor", **_OF_THE_PAGE}
 
 _INCH = 25.4
-_LOOKS = 6  # most attempts to fit a three-dimensional view into its figure
-# A higher compression level of PNG takes twice as long and saves only 10 %.
+_ATTEMPTS = 6  # largest number of attempts to fit a three-dimensional view into its figure
+# A higher compression level of PNG would take twice as long and save only 10 %.
 _PACKED: dict[str, dict[str, Any]] = {"png": {"compress_level": 3}, "tiff": {"compression": "tiff_lzw"}}
 
 _FONTS = (
@@ -41,7 +41,7 @@ _FONTS = (
 
 @cache
 def installed_fonts() -> list[str]:
-    """Return the installed ones of `_FONTS`; matplotlib searches each glyph in this order."""
+    """Return the installed fonts of `_FONTS`, in order; matplotlib uses for each character the first that has it."""
     from matplotlib import font_manager
 
     installed = {font.name for font in font_manager.fontManager.ttflist}
@@ -53,7 +53,7 @@ def styled() -> Iterator[None]:
     """Apply stemcal's style to figures drawn or saved within this block; suppress warnings about missing glyphs."""
     import matplotlib
 
-    settings: Any = {  # matplotlib's own type would require all keys
+    settings: Any = {  # the type in matplotlib's stubs would require all keys
         "font.family": installed_fonts(),
         "font.size": 9,
         "axes.titlesize": 9,
@@ -83,17 +83,17 @@ def styled() -> Iterator[None]:
 
 
 def literal(text: str) -> str:
-    """Escape each `$` in a text, because matplotlib would begin a formula there."""
+    """Escape each `$` in a text, because matplotlib would read a formula from there."""
     return text.replace("$", r"\$")
 
 
 def axis_of(label: str, unit: str | None) -> str:
-    """Return the text along the axis of a factor: its label and unit."""
+    """Return the axis label of a factor: its label and its unit, for matplotlib."""
     return literal(f"{label}, {written}" if (written := unit_written(unit or "1")) else label)
 
 
 def in_lines(text: str, most: int) -> str:
-    """Break a text into lines with a width of at most `most` letters; a Chinese character has the width of two.
+    """Break a text into lines of at most `most` letters; a Chinese character is as wide as two letters.
 
     >>> in_lines("yield stress along the fibre, MPa", 20), in_lines("茎秆屈服应力", 8)
     ('yield stress along\\nthe fibre, MPa', '茎秆屈服\\n应力')
@@ -105,11 +105,11 @@ def in_lines(text: str, most: int) -> str:
 
 
 def frame_in_space(axes: Any, share: float = 1.0) -> None:
-    """Zoom a three-dimensional view out until no axis label is cut off; `share` scales the view and the label gaps."""
+    """Zoom out of a three-dimensional view until no axis label is cut off; `share` scales the view and label gaps."""
     page, zoom = axes.figure.bbox, 0.98 * share
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.labelpad = 4.0 + 8.0 * axis.get_label_text().count("\n") * share
-    for _ in range(_LOOKS):
+    for _ in range(_ATTEMPTS):
         axes.set_box_aspect((1.0, 1.0, 0.85), zoom=zoom)
         axes.figure.draw_without_rendering()
         box = axes.get_tightbbox()
@@ -121,7 +121,7 @@ def frame_in_space(axes: Any, share: float = 1.0) -> None:
 
 @contextmanager
 def new_figure(width: float = 4.7, height: float = 3.3) -> Iterator[Figure]:
-    """Yield a new figure (size in inches) and apply stemcal's style within the block; needs no display."""
+    """Yield a new figure (size in inches), which needs no display; the style applies within the ``with`` block."""
     with styled():
         yield _shown_figure()(figsize=(width, height), layout="constrained")
 
@@ -147,7 +147,7 @@ def legend_above(axes: Axes, most: int = 3) -> None:
     handles, labels = axes.get_legend_handles_labels()
     if labels:
         wide = 1.15 * axes.bbox.width / axes.figure.dpi
-        # inches of a column: 0.5 for the sample of the line and 0.065 for each letter
+        # width of a column: 0.5 inches for the sample of the line, and 0.065 inches for each letter
         most = max(1, min(most, int(wide / (0.5 + 0.065 * max(map(len, labels))))))
         axes.legend(
             handles, labels, loc="lower left", bbox_to_anchor=(-0.02, 1.0), borderaxespad=0.2,
@@ -158,7 +158,7 @@ def legend_above(axes: Axes, most: int = 3) -> None:
 def save(figure: Figure, path: Path, dpi: float = 200) -> None:
     """Save a figure on a white background; the suffix of `path` determines the format."""
     kind = path.suffix.lower().removeprefix(".")
-    # matplotlib would warn that EPS has no transparency
+    # no warning that EPS has no transparency
     logging.getLogger("matplotlib.backends.backend_ps").setLevel(logging.ERROR)
     file = io.BytesIO()
     with styled():
@@ -180,7 +180,7 @@ def _save_pixels(kind: str, figure: Figure, file: IO[bytes], dpi: float) -> None
 
 
 def resize(figure: Figure, width: float) -> None:
-    """Set the width of a figure (mm); the height changes less than in proportion, the size of text not at all."""
+    """Set the width of a figure (mm); the height changes by the power 0.7 of the ratio, the text size not at all."""
     old_width, old_height = figure.get_size_inches()
     ratio = width / _INCH / old_width
     figure.set_size_inches(width / _INCH, old_height * ratio**0.7)
@@ -194,7 +194,7 @@ def resize(figure: Figure, width: float) -> None:
 
 
 def svg(figure: Figure) -> str:
-    """Return a figure as an SVG document, with the same bytes each time; from then on its layout is fixed."""
+    """Return a figure as an SVG document, with the same bytes each time; this fixes the layout of the figure."""
     text = io.StringIO()
     with styled():
         _lay_out(figure)
@@ -203,7 +203,7 @@ def svg(figure: Figure) -> str:
 
 
 def _lay_out(figure: Figure) -> None:
-    """Compute the layout with the text widths of SVG, then remove the layout engine, so that the layout is fixed."""
+    """Compute the layout with the text widths of SVG, then remove the layout engine, which would change it again."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     engine, canvas, dpi = figure.get_layout_engine(), figure.canvas, figure.dpi
@@ -225,7 +225,7 @@ def png(figure: Figure) -> bytes:
 
 
 def _anonymous(kind: str) -> dict[str, None]:
-    """Return metadata that remove date and program from a file, so that its bytes are the same on every machine."""
+    """Return metadata without date and program, so that the bytes of a file are the same on every machine."""
     names = {
         "svg": ("Date", "Creator", "Format", "Type"),
         "pdf": ("CreationDate", "Creator", "Producer"),

@@ -1,4 +1,4 @@
-"""Tables as data: the terminal, the page, CSV files and notebooks write them."""
+"""Tables as data, which the terminal, the report page, CSV files and notebooks show in their own ways."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from stemcal.storage.typed import to_json
 if TYPE_CHECKING:
     import pandas as pd
 
-MOST_ROWS = 40  # most rows of a table on the terminal and the page; the CSV file has all rows
+MOST_ROWS = 40  # largest number of rows on the terminal and the page; the CSV file has all rows
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table; text in a column of numbers is the reason for a missing value, and is not formatted."""
+    """A column of a table. In a column of numbers, a text is shown as it is, such as the reason for a missing value."""
 
     key: str  # heading in CSV files and data frames, and by default the field of a row that contains the value
     label: str | None = None  # heading on the terminal and the page; by default the key
     unit: str = ""
     form: Callable[[Any], str] | None = None  # formats a value as text; None for a column of words
     of: Callable[[Any], Any] | None = None  # returns the value from a row, instead of the field `key`
-    words: bool = False  # whether the column contains words although it has a `form`, which may replace names by labels
-    claims: bool = False  # whether it is shown only if the study is calibrated
+    words: bool = False  # whether a column with a `form` contains words, such as names that become labels
+    claims: bool = False  # whether the column is shown only if the study is calibrated
 
     @property
     def left(self) -> bool:
-        """Whether it contains words, which are aligned left."""
+        """Whether the column contains words, which are left-aligned."""
         return self.words or self.form is None
 
     @property
@@ -56,7 +56,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of unformatted values, one in each row for each column."""
+    """A table; each row contains one unformatted value for each column."""
 
     columns: tuple[Column, ...]
     rows: tuple[tuple[Any, ...], ...]
@@ -76,7 +76,7 @@ class Table:
         foot: Iterable[str] = (),
         **options: Any,
     ) -> Table:
-        """Create a table with a row for each of `things`, mappings or dataclasses; a missing field is an empty cell.
+        """Create a table with a row for each of `things` (mappings or dataclasses); missing fields are empty cells.
 
         >>> Table.of(["run", Column("level", "Level", "mm", "{:.2f}".format)], [{"run": "a", "level": 1.0}]).cells
         (('a', '1.00'),)
@@ -85,7 +85,7 @@ class Table:
         rows = []
         for thing in things:
             fields = thing if isinstance(thing, Mapping) else getattr(thing, "__dict__", {})
-            if is_dataclass(thing):  # with the keys of its JSON, and the level of each factor by name
+            if is_dataclass(thing):  # its fields have the keys of its JSON, and a level has the name of its factor
                 fields = to_json(thing)
                 fields = {**fields.get("levels", {}), **fields}
             rows.append(tuple(fields.get(c.key) if c.of is None else c.of(thing) for c in typed))
@@ -93,7 +93,7 @@ class Table:
 
     @classmethod
     def of_rows(cls, rows: Rows[Any]) -> Table:
-        """Create a table with a column for each field of the rows."""
+        """Create a table with a column for each field of the dataclass instances in `rows`."""
         return cls.of(list(to_json(rows[0])) if rows else (), rows)
 
     @property
@@ -118,7 +118,7 @@ class Table:
     def shortened(self, whole: str, most: int = MOST_ROWS) -> Table:
         """Return a table of at most `most` rows: the first rows, and the rows with the largest errors.
 
-        `whole` is the name of the file with all rows, for the note in the foot.
+        A line below the table refers to `whole`, the name of the file with all rows.
 
         >>> table = Table.of(["run", "error_percent"], [{"run": n, "error_percent": -n % 7} for n in range(9)])
         >>> short = table.shortened("`a.csv`", 4)
@@ -140,10 +140,10 @@ class Table:
         return replace(self, rows=rows, strong=strong, foot=(*self.foot, f"{words}. {whole} contains all rows."))
 
     def headed(self, headings: Mapping[str, str | None]) -> Table:
-        """Return a copy with new keys of columns by their old keys; a column with None as its new key is left out.
+        """Return a copy with other column keys; `headings` maps old to new keys, or to None to omit a column.
 
-        A column keeps its key if another column has the new key, or if it contains text: then it contains names of
-        responses instead of values of the first response.
+        A column keeps its key if another column has the new key. It also keeps it if it contains text: a column
+        ``response`` with text contains names of responses, not values of the first response.
 
         >>> table = Table.of(["condition", "response", "status"], [{"condition": 8.0, "response": 3.1}])
         >>> [column.key for column in table.headed({"condition": None, "response": "angle"}).columns]
@@ -173,7 +173,7 @@ class Table:
 
 @dataclass(frozen=True)
 class PaperTable:
-    """A table for publication: whether each column is aligned `left`, and the indices of `strong` rows, in bold."""
+    """A table for publication. `left`: whether each column is left-aligned; `strong`: indices of the rows in bold."""
 
     number: int
     caption: str
@@ -185,5 +185,5 @@ class PaperTable:
 
 
 def showable(tables: Iterable[Table], holds: bool) -> list[Table]:
-    """Return the tables to show; if the study is not calibrated (`holds`), in the form of `Table.unclaimed`."""
+    """Return the tables to show: unchanged if the study is calibrated (`holds`), otherwise as `Table.unclaimed`."""
     return [part for table in tables if (part := table if holds else table.unclaimed()) is not None]

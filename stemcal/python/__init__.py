@@ -1,1 +1,1 @@
-"""The Python interface for scripts and notebooks; its functions neither print nor exit."""
+"""The Python interface for scripts and notebooks, whose functions neither print nor end the process."""

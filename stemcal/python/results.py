@@ -43,7 +43,7 @@ class StudyResults:
     Results are attributes: `screen`, `climb`, `surface`, `inversion`, `refinement`, `validation`, and stages of other
     packages by name. `of` returns a result by its class.
 
-    `stale` contains, for each stage file that is not used, which of its inputs changed.
+    `stale` contains a sentence for each stage file that is not used because its inputs changed.
     """
 
     def __init__(self, study: Study, folder: StudyFolder) -> None:
@@ -58,7 +58,7 @@ class StudyResults:
         raise UsageError(next(iter(self.stale), missing))
 
     def __getattr__(self, name: str) -> Any:
-        """Return the result of the stage with this name or attribute, as `Showing.in_notebook` extends it."""
+        """Return the result of the stage with this name or attribute, with the methods that `in_notebook` adds."""
         stages = () if name.startswith("_") else STAGES.all
         if (stage := next((stage for stage in stages if name in (stage.name, stage.attribute)), None)) is None:
             raise AttributeError(f"StudyResults has no attribute {name!r}")
@@ -76,7 +76,7 @@ class StudyResults:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """The verdict on the study (calibrated, with reservations, not calibrated) with reasons and remedies."""
+        """The verdict (calibrated, calibrated with reservations, or not calibrated), with reasons and remedies."""
         return verdict_of(self.study, self.folder, self._results)
 
     @property
@@ -96,12 +96,12 @@ class StudyResults:
 
     @cached_property
     def records(self) -> Records:
-        """Curves, checks and energies of all runs, by the label of the run."""
+        """Curves, checks and energies of all runs, by run label."""
         return read_records(self._results, self.folder)
 
     @property
     def figure_names(self) -> list[str]:
-        """The names of all figures, as `stemcal export figures SPEC list` shows them."""
+        """The names of all figures, as in the output of `stemcal export figures SPEC list`."""
         return [plot.name for plot in gallery(self.study, self._results, self.records)]
 
     def figure(self, name: str) -> Figure:
@@ -126,7 +126,7 @@ class StudyResults:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Curve:
-    """Filtered force on the blade (N) versus its travel from first contact (mm), and the travel at break, if any."""
+    """Filtered force on the blade (N) over its travel from first contact (mm), and the travel at the break, if any."""
 
     travel: Array
     force: Array

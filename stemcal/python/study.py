@@ -29,8 +29,8 @@ _Workers = Annotated[Whole, Field(ge=1)] | None
 def load_study(path: str | Path, **changes: object) -> Study:
     """Read a study from a YAML file; raise `SpecError` with all mistakes in it.
 
-    `changes` modify the spec before it is checked: the keyword is a section or a factor, the value is written as in a
-    spec. A mapping is merged into the spec; any other value replaces that of the spec:
+    `changes` modify the spec before it is checked. A keyword is the name of a section or of a factor, its value is
+    written as in a spec. A mapping is merged into the spec; any other value replaces the value in the spec:
 
     ``load_study("my-stems.yaml", yield_stress={"high": 25}, rsm={"alpha": "face"})``
     """
@@ -84,8 +84,8 @@ def _warn_before(demand: Demand, workers: int) -> None:
 def open_results(folder: str | Path, study: Study | None = None) -> StudyResults:
     """Return the results in a study folder.
 
-    By default the study is read from the spec of the last `calibrate` or `stemcal run` in this folder, which contains
-    the path of the spec. Raises `UsageError` if the folder does not exist or does not contain this path.
+    By default, the study is read from the spec of the last `calibrate` or `stemcal run` in this folder; the folder
+    contains the path of that spec. Raises `UsageError` if the folder does not exist or contains no such path.
     """
     place = Path(folder)
     if not place.is_dir():

@@ -1,4 +1,4 @@
-"""Checks of stages, solver kinds, designs and laboratory tests, for other packages; the built-in ones pass them too.
+"""Checks for authors of stages, solver kinds, designs and laboratory tests; the built-in ones pass them, too.
 
 Without pytest, ``check_design(Doehlert())`` runs all checks of a design and raises one `ChecksFailed`. With pytest::
 
@@ -30,7 +30,7 @@ __all__ = [
     "parametrize_with_checks",
 ]  # fmt: skip
 
-AnyStudy = Study | str | Path
+_AnyStudy = Study | str | Path
 
 KINDS: dict[type, tuple[Callable[..., Any], tuple[Callable[[Any], None], ...]]] = {
     SurfaceDesign: (checks.DesignAtWork, checks.OF_DESIGNS),
@@ -46,7 +46,7 @@ class ChecksFailed(AssertionError):
 
 @dataclass(frozen=True)
 class Check:
-    """One check of one object; calling it raises an error if the object fails."""
+    """One check of one object; a call raises an error if the object fails the check."""
 
     name: str
     of: str  # name of the object
@@ -60,11 +60,11 @@ class Check:
         return f"{self.of}-{self.name}"
 
 
-def checks_of(thing: object, study: AnyStudy | None = None) -> list[Check]:
+def checks_of(thing: object, study: _AnyStudy | None = None) -> list[Check]:
     """Return the checks of an object: a `SurfaceDesign`, `SolverKind`, `Stage` or `LaboratoryKind`.
 
-    `study`, a study or the path of its spec, must use the object and be small, because it is run several times; a
-    design needs no study. For a stage, its solver should be fast; for a laboratory test, it must contain such a test.
+    `study` (or the path of its spec) must use the object, and be small, because it is run several times; a design
+    needs none. For a stage, its solver should be fast. For a kind of laboratory test, it must have a test of this kind.
     """
     for kind, (at_work, functions) in KINDS.items():
         if isinstance(thing, kind):
@@ -74,12 +74,12 @@ def checks_of(thing: object, study: AnyStudy | None = None) -> list[Check]:
     raise UsageError(message)
 
 
-def _check(thing: object, study: AnyStudy | None = None) -> None:
+def _check(thing: object, study: _AnyStudy | None = None) -> None:
     every, failed = checks_of(thing, study), []
     for check in every:
         try:
             check()
-        except Exception as error:  # any error of the object
+        except Exception as error:  # the checked object may raise any error
             failed.append(f"{check.name}: {type(error).__name__}: {error}")
     if failed:
         raise ChecksFailed("\n".join([f"{every[0].of}: {len(failed)} of {len(every)} checks failed", *failed]))
@@ -90,18 +90,18 @@ def check_design(design: SurfaceDesign) -> None:
     _check(design)
 
 
-def check_solver(kind: SolverKind, study: AnyStudy) -> None:
+def check_solver(kind: SolverKind, study: _AnyStudy) -> None:
     """Run all checks of a solver kind on a study that uses it; raise `ChecksFailed` if any fails."""
     _check(kind, study)
 
 
-def check_stage(stage: Stage[Any], study: AnyStudy) -> None:
+def check_stage(stage: Stage[Any], study: _AnyStudy) -> None:
     """Run all checks of an installed stage on a study that uses it; raise `ChecksFailed` if any fails."""
     _check(stage, study)
 
 
-def check_laboratory_test(kind: LaboratoryKind, study: AnyStudy) -> None:
-    """Run all checks of an installed kind of laboratory test on a study with such a test; raise `ChecksFailed`."""
+def check_laboratory_test(kind: LaboratoryKind, study: _AnyStudy) -> None:
+    """Run all checks of an installed kind of laboratory test on a study with it; `ChecksFailed` if any fails."""
     _check(kind, study)
 
 
@@ -111,8 +111,8 @@ def parametrize_with_checks(
     """Return a pytest decorator that calls a test function once for each check, with the argument `check`.
 
     objects             the objects to check, or pairs of an object and its study, as in `checks_of`
-    expected_failures   reasons why checks must fail, by ``check``, ``object-check``, or ``object`` for all its checks
-    slow                checks, named in the same way, to be marked `slow`
+    expected_failures   reasons of checks that must fail, by the name of a check, by ``object-check``, or by object
+    slow                checks to be marked `slow`, named in the same way
     """
     import pytest
 

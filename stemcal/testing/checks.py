@@ -1,6 +1,6 @@
-"""The checks of designs, solver kinds and laboratory tests; each raises an error if the object fails.
+"""The checks of designs, solver kinds and laboratory tests.
 
-A check is a function of an `AtWork`: the object together with the study that uses it.
+A check is a function of an `AtWork`: an object and a study that uses it. It raises an error if the object fails.
 """
 
 import json
@@ -37,20 +37,20 @@ from stemcal.study.reading import load_study
 from stemcal.study.types.field_types import Length
 from stemcal.study.types.solver_kind import SolverKind
 
-_MOST, _FEW = 10, 4  # largest number of factors of checked designs, and of designs that are computed several times
+_MOST, _FEW = 10, 4  # largest number of factors in the checks of designs, and in those that compute a design twice
 _ROUNDING = 1e-9
 _COARSE = 3.0  # ratio of the element size in the checked laboratory test to the usual one
 
 
 def require(holds: bool, message: str) -> None:
-    """Raise `AssertionError` with the message unless `holds`, even if Python runs without assertions (``-O``)."""
+    """Raise `AssertionError` with the message unless `holds`, even if Python skips assertions (option ``-O``)."""
     if not holds:
         raise AssertionError(message)
 
 
 @contextmanager
 def apart(study: Study) -> Iterator[Path]:
-    """Yield an empty study folder; require that the block leaves no file in the working folder or next to the spec."""
+    """Yield an empty study folder; raise if the block leaves other files in the working folder or next to the spec."""
     before, spec_folder = Path.cwd(), study.source.resolve().parent
     with TemporaryDirectory() as there, TemporaryDirectory() as place:
         files = set(spec_folder.rglob("*")) if study.source.is_file() else None
@@ -92,13 +92,13 @@ class DesignAtWork(AtWork):
 
     @cached_property
     def each(self) -> dict[int, Array]:
-        """The points for each number of factors up to ten."""
+        """The coded points by number of factors, for all numbers that the design supports up to ten."""
         low, high = self.thing.factors
         return {k: self.points(k) for k in range(low, min(high, _MOST) + 1)}
 
     @property
     def few(self) -> dict[int, Array]:
-        """The points for small numbers of factors, by this number; these designs are quick to compute twice."""
+        """The points by number of factors, for small numbers only: these designs are quick to compute twice."""
         return {k: points for k, points in self.each.items() if k <= _FEW}
 
 
@@ -131,7 +131,7 @@ def _levels_are_balanced(at: DesignAtWork) -> None:
 
 
 def _points_are_within_reach(at: DesignAtWork) -> None:
-    """No coded level exceeds `reach`, and no point is farther from the centre than `radius` and the corners, √k."""
+    """Check that no coded level exceeds `reach`, and no distance from the centre exceeds both `radius` and √k."""
     for k, points in at.each.items():
         options = SurfaceOptions(at.thing.name, 3)
         reach, radius = at.thing.reach(k, options), max(at.thing.radius(k, options), k**0.5)
@@ -152,7 +152,7 @@ OF_DESIGNS: tuple[Callable[[DesignAtWork], None], ...] = (
 
 
 class SolverAtWork(AtWork):
-    """A solver kind, its solver for a study, and two requested runs with their outcomes."""
+    """A solver kind, its solver for a study, two requests for runs, and the outcomes of these runs."""
 
     thing: SolverKind
 
@@ -163,7 +163,7 @@ class SolverAtWork(AtWork):
 
     @cached_property
     def requests(self) -> list[Request]:
-        """Two runs: all factors at mid-range, and the same with the first factor at its low level."""
+        """Two runs: all factors at mid-range, and the same except that the first factor is at its low level."""
         middle = Request("rsm", 0, self.study.midlevels(), self.study.targets.calibrate_at)
         first = self.study.factors[0]
         return [middle, replace(middle, row=1, levels={**middle.levels, first.name: first.low})]
@@ -251,7 +251,7 @@ class LaboratoryAtWork(AtWork):
 
     @cached_property
     def section(self) -> LaboratorySection:
-        """The section of the spec for the first test of this kind, with larger elements unless it sets their size."""
+        """The section of the first test of this kind in the spec; if it has no element size, a coarse one is set."""
         section = next((test for test in self.study.tests if test.kind == self.thing.name), None)
         if section is None:
             raise UsageError(f"{self.study.name}: the study has no test of kind {self.thing.name}")
@@ -261,12 +261,12 @@ class LaboratoryAtWork(AtWork):
         return section.model_copy(update={"element_size": coarse})
 
     def test(self, **levels: float) -> Any:
-        """Return the test with all factors at mid-range, except for these `levels`."""
+        """Return the test with all factors at mid-range, except those in `levels`."""
         return test_of(self.study, self.section, {**self.study.midlevels(), **levels}, self.study.targets.calibrate_at)
 
 
 def _identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
-    """The identity of a test consists of JSON values, is the same after pickling, and changes with each factor."""
+    """Check that the identity of a test has JSON values, is the same after pickling, and changes with each factor."""
     test = at.test()
     identities = [json.dumps(identity(at.section, copy)) for copy in (test, pickle.loads(pickle.dumps(test)))]
     require(identities[0] == identities[1], "the identity of the test changes when the test is pickled")
@@ -276,7 +276,7 @@ def _identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
 
 
 def _model_is_sound(at: LaboratoryAtWork) -> None:
-    """Elements have positive volumes, initial values are finite, and a tool or the driven nodes move."""
+    """Check that elements have positive volumes, initial velocities are finite, and a tool or a driven node moves."""
     test = at.test()
     model = build_cut(test) if isinstance(test, ShearTest) else build_piece(rounded(test))
     require(bool((model.mesh.volumes() > 0.0).all()), "an element has zero volume")
@@ -287,7 +287,7 @@ def _model_is_sound(at: LaboratoryAtWork) -> None:
 
 
 def _responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
-    """Each usual response is positive, is the same bit for bit in a second run, and no file is left behind."""
+    """Check that each default response is positive and bit-identical in a second run, and that no file is left."""
     with apart(at.study):
         responses, again = (perform_or_fail(at.test()).responses for _ in range(2))
     for name in at.section.usual:

@@ -20,11 +20,11 @@ from stemcal.stages.work import HERE
 from stemcal.testing.checks import AtWork, apart, require
 
 _STATISTICS = frozenset({"F", "p", "Lenth t", "Coded", "Value", "Sum of squares", "Mean square"})
-"""Headings of columns without a unit: ratios, and squares of a response, whose unit is not printed."""
+"""Headings of columns that need no unit: ratios, and squares of a response, for which no unit is printed."""
 
 
 class StageAtWork(AtWork):
-    """A stage, which is run in a folder after the stages that it needs."""
+    """A stage to check, which is run after the stages that it needs."""
 
     thing: Stage[Any]
 
@@ -40,7 +40,7 @@ class StageAtWork(AtWork):
 
     @cached_property
     def finished(self) -> tuple[TemporaryDirectory[str], StudyFolder, Any]:
-        """The stage after a run: the temporary folder, the study folder in it, and the result."""
+        """The temporary folder of a run of the stage, the study folder in it, and the result of the stage."""
         temporary = TemporaryDirectory()
         with apart(self.study):
             folder = self.make(Path(temporary.name))
@@ -101,7 +101,7 @@ def _tables_have_titles_and_units(at: StageAtWork) -> None:
     result = at.finished[2]
     for table in at.thing.showing().tables(result, names_of(result)):
         require(bool(table.title), "a table has no title")
-        has_units = any(row[0] in at.study.names for row in table.rows)  # a row for each factor, with its unit
+        has_units = any(row[0] in at.study.names for row in table.rows)  # each row is a factor and contains its unit
         for place, column in enumerate(table.columns):
             values = [row[place] for row in table.rows]
             counts = all(isinstance(value, int | str | None) for value in values)
@@ -113,7 +113,7 @@ def _tables_have_titles_and_units(at: StageAtWork) -> None:
 
 
 def _stage_is_shown(at: StageAtWork) -> None:
-    """The outcome of a stage consists of sentences, its tables can be formatted and its figures can be drawn."""
+    """Check that the outcome of a stage is a list of texts, its tables can be formatted, and its figures drawn."""
     _, folder, result = at.finished
     showing, names = at.thing.showing(), names_of(result)
     assert isinstance(showing, Showing)
