@@ -7,7 +7,7 @@ from stemcal.processes.interrupts import Terminated, ignore_signals, raising_int
 
 
 def main() -> None:
-    """Entry point of the console script; Ctrl-C during the imports ends it without a message."""
+    """Entry point of the console script; Ctrl-C during the imports ends the process without a message."""
     try:
         with raising_interrupts():
             from stemcal.cli.app import main as command
@@ -17,7 +17,7 @@ def main() -> None:
         sys.exit(143 if isinstance(interrupt, Terminated) else 130)
     finally:
         ignore_signals()
-        gc.freeze()  # saves the garbage collection at exit, which takes half a second
+        gc.freeze()  # skips the garbage collection at exit, which takes half a second
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Types of arrays in signatures; the shape is in the docstring."""
+"""Types of arrays in signatures; the docstrings state the shapes."""
 
 from typing import Any
 
@@ -8,4 +8,4 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 Mask = NDArray[np.bool_]
-Floats = Any  # in kernels: a number or a vector of lanes, in single or double precision
+Floats = Any  # in kernels: a number, or a vector with a number per lane, in single or double precision

@@ -1,6 +1,6 @@
 """The exceptions of stemcal, and the exit code of the command for each.
 
-    StemcalError                1   any failure not listed below
+    StemcalError                1   any other failure
     ├── SpecError               2   the study spec is wrong; lists all mistakes with line and remedy
     ├── UsageError              2   an option or the order of commands is wrong
     ├── RunsFailed              3   too many simulations failed for a valid analysis
@@ -19,12 +19,12 @@ from typing import Any
 
 
 class StemcalError(Exception):
-    """Base class of all failures; the message names the place, the value and the remedy."""
+    """Base class of all failures; the message states the place, the value and the remedy."""
 
     exit_code = 1
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]:
-        """Pickle the message and the attributes without calling `__init__`, whose arguments often differ from these."""
+        """Pickle message and attributes; the default would call `__init__` with the message as its only argument."""
         return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]
 
 
@@ -57,19 +57,19 @@ class SpecError(StemcalError):
 
 
 class UsageError(StemcalError):
-    """Raised if an option does not apply, or an earlier stage has not run yet."""
+    """Raised if an option or argument is wrong, or an earlier stage has not run yet."""
 
     exit_code = 2
 
 
 class RunsFailed(StemcalError):
-    """Too many runs of a design failed; the message has their number and the reasons."""
+    """Too many runs of a design failed; the message contains their number and the reasons."""
 
     exit_code = 3
 
 
 class TargetUnreachable(StemcalError):
-    """The response surface has values from `low` to `high` in the region and does not reach the target."""
+    """The target is outside the range `low` to `high` of the response surface in the experimental region."""
 
     exit_code = 4
 
@@ -89,7 +89,7 @@ class FolderLocked(StemcalError):
 
 
 class Waiting(StemcalError):
-    """A stage needs results that a person must enter; `requests` are these runs, as far as they are known."""
+    """A stage needs results that a person must enter; `requests` are the known runs without a result."""
 
     exit_code = 6
 
@@ -100,7 +100,7 @@ class Waiting(StemcalError):
 
 
 class SimulationFailed(StemcalError):
-    """A run has no valid result: its state became unphysical, or a program wrote no readable result.
+    """A run has no valid result: the simulation became unphysical, or a program wrote no readable result.
 
     `reason` is one word for tables: ``nan``, ``inverted``, ``time_step``, ``no_contact``, ``energy_drift``,
     ``contact_energy``, ``no_result``, ``bad_result``. `message` is a sentence with the time and the element.

@@ -53,7 +53,7 @@ def percent(value: float | None) -> str:
 
 
 def direction(error_percent: float | None, unit: str = "", digits: int = 2) -> str:
-    """Format the error 100·(measured − simulated)/measured; a positive one is ``3.83 too low``."""
+    """Format the error 100·(measured − simulated)/measured: ``3.83 too low`` if it is positive."""
     size = fixed(None if error_percent is None else abs(error_percent), digits)
     if error_percent is None or size == fixed(0.0, digits):
         return size if error_percent is None else f"{size}{unit}"
@@ -66,7 +66,7 @@ def interval(
     missing: str = MISSING,
     bounded: tuple[bool, bool] = (True, True),
 ) -> str:
-    """Format an interval; an end that is not `bounded`, but the limit of a range, is marked: ``≤ 10.00 to 18.96``."""
+    """Format an interval: ``≤ 10.00 to 18.96``; ≤ and ≥ mark ends that are not `bounded` by data, but by a range."""
     if not bounds:
         return missing
     low, high = (significant(end, digits) for end in bounds)
@@ -74,7 +74,7 @@ def interval(
 
 
 def unit_written(unit: str) -> str:
-    """Return a unit with raised exponents, such as kg/m³; empty for pure numbers."""
+    """Return a unit with superscript exponents, such as kg/m³; empty for the unit 1."""
     raised = re.sub(r"(?<=[A-Za-z])[23]", lambda digit: "²³"[int(digit[0]) - 2], unit)
     return "" if unit == "1" else raised
 
@@ -90,7 +90,7 @@ def change(factor: str, size: float, unit: str) -> str:
 
 
 def decimals(values: Iterable[float | None], usual: int, digits: int = 3) -> int:
-    """Return the number of decimals that shows the largest value with `digits` digits; at least `usual`, at most 9."""
+    """Return the number of decimals with which the largest value has `digits` digits; at least `usual`, at most 9."""
     largest = max((abs(value) for value in values if value is not None and math.isfinite(value)), default=0.0)
     return usual if largest == 0.0 else min(max(usual, digits - 1 - math.floor(math.log10(largest))), 9)
 
@@ -126,7 +126,7 @@ def in_bytes(count: float | None) -> str:
 
 
 def outwards(value: float, up: bool) -> float:
-    """Round the end of a range outwards to two digits: 44.2 to 45 for the upper end (`up`), 0.0373 to 0.037 below."""
+    """Round an end of a range outwards to two digits: an upper end (`up`) 44.2 to 45, a lower end 0.0373 to 0.037."""
     if value == 0.0:
         return 0.0
     step = 10.0 ** (math.floor(math.log10(abs(value))) - 1)

@@ -1,6 +1,6 @@
-"""Notes: the findings and warnings of a result, a run or a verdict.
+"""Notes: findings and warnings about a result, a run or a verdict.
 
-The function that detects a fact creates the note. Programs and tests use its `kind`; people read its `text`.
+The function that detects a fact creates its note. Programs and tests use the `kind` of a note, people read its `text`.
 """
 
 from dataclasses import dataclass
@@ -12,9 +12,9 @@ SEVERITIES: tuple[Severity, ...] = ("error", "warning", "caution", "info")
 
 @dataclass(frozen=True)
 class Remedy:
-    """The remedy for a note: an instruction for people, and an edit of the spec if that is enough.
+    """The remedy for a note: an instruction for people, and an edit of the spec if an edit alone is sufficient.
 
-    The edit is a YAML fragment to be merged into the spec; list items are matched by their ``name``.
+    The edit is a YAML fragment to be merged into the spec; list items with the same ``name`` are merged.
     """
 
     text: str

@@ -1,4 +1,4 @@
-"""A power law of the force over the diameter, F = a·dᵇ, fitted as a straight line through the logarithms."""
+"""The power law F = a·dᵇ of the force F over the diameter d, fitted as a straight line to the logarithms."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class PowerLaw:
 
 
 def fit_power_law(diameters: Sequence[float], forces: Sequence[float]) -> PowerLaw | None:
-    """Fit the law by least squares; return None without two different diameters, or if a number is not positive."""
+    """Fit the law by least squares; None with fewer than two different diameters, or if a number is not positive."""
     from scipy.special import stdtrit
 
     if len(set(diameters)) < 2 or min(*diameters, *forces) <= 0.0:

@@ -1,7 +1,7 @@
-"""Registries of named objects (stages, solvers, responses, …), built in or from other packages by entry points.
+"""Registries of named objects (stages, solvers, responses, …): built-in ones, and entry points of other packages.
 
-Built-in classes are imported on first use. Entry points of other packages are read only if a name is not built in, or
-all names are listed. An entry point that cannot be loaded, or uses an existing name, is skipped with a warning.
+Built-in classes are imported on first use. Entry points are read only if a name is not built in, or all names are
+listed. An entry point that cannot be loaded, or has an existing name, is skipped with a warning.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ T = TypeVar("T", bound=Any)  # an object with a `name`
 
 
 class Checked:
-    """Base of interfaces. A subclass must not have further public names: a misspelled method would never be called."""
+    """Base of interfaces. Further public names in a subclass are errors: a misspelled method would never be called."""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -49,9 +49,9 @@ class Registry(Generic[T]):
     """All objects of one kind, by name.
 
     kind       the base class of the objects
-    group      the group of entry points; an entry point has the name of an object, and refers to the object or its
-               class, which is called without arguments
-    built_in   the built-in objects, or the places of their classes (``module:class``), in order
+    group      the group of entry points; the name of an entry point is the name of an object, and its value is the
+               object or its class, which is called without arguments
+    built_in   the built-in objects, or the import paths of their classes (``module:class``), in order
     """
 
     def __init__(self, kind: type[T], group: str, built_in: tuple[str | T, ...]) -> None:
@@ -131,7 +131,7 @@ def _at(place: str) -> Any:
 
 
 def _may_declare(group: str) -> bool:
-    """Whether any installed package names the group; `importlib.metadata` would slow down short commands by 10 %."""
+    """Search all entry point files for the name of the group: `importlib.metadata` slows short commands by 10 %."""
     for folder in sys.path:
         for file in Path(folder).glob("*-info/entry_points.txt"):
             with suppress(OSError):
@@ -151,7 +151,7 @@ def _declared(group: str) -> Iterator[EntryPoint]:
         except Exception as error:  # a file of any installed package may be damaged
             logger.info("the entry points of %s cannot be read: %s", getattr(package, "_path", ""), described(error))
             continue
-        if name not in seen:  # Python imports the first of several installed versions on the path
+        if name not in seen:  # of several installed versions, Python imports the first on the path
             seen.add(name)
             yield from entries
 
@@ -167,9 +167,9 @@ def code_of(module: str) -> str:
 
 
 def _package_hash(module: str) -> str:
-    """Return a hash of the top-level package, or single file, of an imported module; empty if it has no file."""
+    """Return a hash of the package or the single file of an imported module; empty if the module has no file."""
     top, own = (sys.modules.get(name) for name in (module.partition(".")[0], module))
-    whole = top if getattr(top, "__file__", None) else own  # a namespace package has no file
+    whole = top if getattr(top, "__file__", None) else own  # a namespace package has no file, so use the module itself
     place = Path(getattr(whole, "__file__", None) or "")
     return hash_of(place.parent if hasattr(whole, "__path__") else place) if place.is_file() else ""
 
@@ -193,7 +193,7 @@ _MOST_SHOWN = 500  # largest number of characters of an error's text
 
 
 class ForeignError(Exception):
-    """Code of a user or of another package failed; the message has the type and the text of the error."""
+    """Code of a user or of another package failed; the message contains the type and the text of the error."""
 
 
 def described(error: BaseException) -> str:
@@ -212,9 +212,9 @@ def cut(text: str, most: int = _MOST_SHOWN) -> str:
 
 @contextmanager
 def contained() -> Iterator[None]:
-    """Run foreign code within this block: its output goes to standard error, and `os._exit` raises an exception.
+    """Contain code of users and other packages: its output goes to stderr, and `os._exit` raises an exception.
 
-    Every exception of the code becomes a `ForeignError`, also `SystemExit`, but not `KeyboardInterrupt`.
+    Every exception of this code except `KeyboardInterrupt` becomes a `ForeignError`, even `SystemExit`.
     """
     try:
         with _without_exit(), _printing_to_stderr():
@@ -227,7 +227,7 @@ def contained() -> Iterator[None]:
 
 @contextmanager
 def _without_exit() -> Iterator[None]:
-    """Let `os._exit` raise `SystemExit` in this thread; otherwise it would end the process without a message."""
+    """Make `os._exit` raise `SystemExit` in this thread instead of ending the process without a message."""
     original, thread = os._exit, threading.get_ident()
 
     def refuse(status: int) -> NoReturn:
@@ -244,7 +244,7 @@ def _without_exit() -> Iterator[None]:
 
 @contextmanager
 def _printing_to_stderr() -> Iterator[None]:
-    """Redirect output of Python, native code and programs to standard error; standard output is for data."""
+    """Redirect output of Python, native code and child processes to stderr, because stdout is for data."""
     original = None
     with suppress(OSError, AttributeError, ValueError):  # the process may have no standard output
         sys.stdout.flush()

@@ -1,6 +1,6 @@
-"""The table of responses: name, label, symbol and unit, the tests that have it, and how it follows from a curve.
+"""The table of responses: name, label, symbol, unit, the tests that have this response, and its value for a curve.
 
-A new response is one entry of `TABLE`; in another package it is a `Response` with an entry point in the group
+To add a response, add an entry to `TABLE` or, in another package, a `Response` with an entry point in the group
 ``stemcal.responses``. A response that a spec declares for an external program (`responses:`) has no entry, because the
 program returns its value. All values of a response, measured and simulated, are in its `unit`.
 """
@@ -17,22 +17,22 @@ from stemcal.arrays import Array
 from stemcal.errors import UsageError
 from stemcal.registry import Registry
 
-CUT = "cut"  # the cutting test that the sections of a spec describe
-FURTHER_CUT = "cutting"  # kind of the further cutting tests, which are in the section `tests` of a spec
+CUT = "cut"  # the cutting test of the study
+FURTHER_CUT = "cutting"  # the kind of other cutting tests, in the section `tests` of a spec
 PIECE = "piece"
-"""All tests of a piece of stem together; a single kind has its own name, such as ``three-point-bending``."""
+"""All kinds of tests of a piece of stem; each kind also has its own name, such as ``three-point-bending``."""
 
 _SECANT = (0.2, 0.5)  # fractions of the maximum force between which the slope of a curve is fitted
-_FEWEST = 3  # least number of points from which a slope is determined
+_FEWEST = 3  # smallest number of points for a slope
 
 
 @dataclass(frozen=True)
 class ForceTravel:
     """The force over the travel in one test of a stem, simulated or measured.
 
-    The curve ends in laboratory tests when the specimen breaks, in the cutting test of the spec at the end of the
-    stroke. It is empty if a run record has no curve. `numbers` are reported by the solver, such as ``break_travel`` and
-    responses that do not follow from the curve; a measured curve has none.
+    The curve of a laboratory test ends when the specimen breaks, that of the cutting test at the end of the stroke. It
+    is empty if a run record has no curve. `numbers` contains values that the solver reports, such as ``break_travel``
+    and responses that do not follow from the curve; it is empty for a measured curve.
     """
 
     travel: Array  # (n,), mm
@@ -58,17 +58,17 @@ class Response:
     label: str  # heading
     symbol: str  # symbol in equations
     unit: str  # unit of all values
-    of: Callable[[ForceTravel], float | None]  # returns the value in `unit`; None if the curve does not determine it
+    of: Callable[[ForceTravel], float | None]  # returns the value from a curve, in `unit`; None if it has no value
     meaning: str  # description of the key in the reference of the spec
     tests: frozenset[str] = frozenset({CUT, FURTHER_CUT, PIECE})  # tests, or kinds of tests, that have this response
     why_only: str = ""  # reason why other tests lack the response, for the error message
     noun: str = ""  # word for the response in sentences, by default the label
     of_test: str = ""  # words that follow the name of a laboratory test, by default the noun
     before_maximum: bool = False  # whether its value is valid even if the stroke ended before the maximum force
-    varies_with_mesh: bool = False  # whether its value falls as elements get smaller
+    varies_with_mesh: bool = False  # whether its value decreases with the element size
 
     def value(self, test: ForceTravel) -> float | None:
-        """Return the value in a test, in `unit`, as the solver reported it or from the curve; None without both."""
+        """Return the value in a test, in `unit`: as the solver reported it, else from the curve, else None."""
         try:
             number = test.numbers[self.name] if self.name in test.numbers else self.of(test)
             return None if number is None or not isfinite(number) else float(number)
@@ -78,9 +78,9 @@ class Response:
 
 
 def secant(travel: Array, force: Array, shares: tuple[float, float] = _SECANT) -> float | None:
-    """Return the slope (N/mm) of a straight line fitted by least squares to part of a curve until the break.
+    """Return the slope (N/mm) of a straight line fitted by least squares to a part of a curve until the break.
 
-    The part begins and ends where the force first reaches these `shares` of its maximum. None below three points.
+    The part begins and ends where the force first reaches these `shares` of its maximum. None if it has < 3 points.
     """
     low, high = (int(np.argmax(force >= share * force.max())) for share in shares)
     u, f = travel[low : high + 1], force[low : high + 1]
@@ -111,11 +111,11 @@ def _work(test: ForceTravel) -> float | None:
 # A measured stem is cut through when the force stays below this fraction of its maximum. Its first fracture is the
 # first fall of the force by this fraction of the largest force so far.
 _FALLEN = 0.1
-_BEGUN = 0.2  # fraction of the maximum force below which a fall is the settling of the blade, not a fracture
+_BEGUN = 0.2  # a fall at less than this fraction of the maximum force is a settling of the blade, not a fracture
 
 
 def _measured_energy(test: ForceTravel) -> float | None:
-    """Return the work (mJ) until a measured force has fallen below a tenth of its maximum for good; else None.
+    """Return the work (mJ) until a measured force finally falls below a tenth of its maximum; None if it does not.
 
     >>> _measured_energy(ForceTravel(np.arange(5.0), np.array([0.0, 10.0, 20.0, 0.0, 0.0]), 20.0, 2.0, 8.0))
     30.0
@@ -127,7 +127,7 @@ def _measured_energy(test: ForceTravel) -> float | None:
 
 
 def _measured_fracture(test: ForceTravel) -> tuple[float | None, float | None]:
-    """Return force (N) and travel (mm) of the first peak after which a measured force falls by a tenth.
+    """Return force (N) and travel (mm) of the first peak after which a measured force falls by a tenth; else None.
 
     >>> _measured_fracture(ForceTravel(np.arange(5.0), np.array([0.0, 10.0, 8.0, 30.0, 0.0]), 30.0, 3.0, 8.0))
     (10.0, 1.0)
@@ -206,7 +206,7 @@ RESPONSES: Registry[Response] = Registry(Response, "stemcal.responses", TABLE)
 
 
 def response_of(name: str, *tests: str) -> Response | None:
-    """Return the response with this name if it exists in one of these tests, by default in any."""
+    """Return the response with this name if one of these tests (default: any test) has it; otherwise None."""
     response = RESPONSES.named(name)
     return response if response is not None and (not tests or response.tests.intersection(tests)) else None
 
@@ -219,12 +219,12 @@ def known_response(name: str) -> Response:
 
 
 def responses_in(*tests: str, measured: Iterable[str] = ()) -> tuple[Response, ...]:
-    """Return the built-in responses of these tests (default: all), then the `measured` ones of other packages."""
+    """Return the built-in responses of these tests (default: all), then those of other packages named in `measured`."""
     built_in = tuple(response for response in RESPONSES.built_in if not tests or response.tests.intersection(tests))
     named = dict.fromkeys(response_of(name, *tests) for name in measured)
     return (*built_in, *(response for response in named if response is not None and response not in built_in))
 
 
 def packages_of(names: Iterable[str]) -> dict[str, str]:
-    """Return version and code hash of the package of each response that is not built in, as ``package of NAME``."""
+    """Return package version and code hash of each response that is not built in; the keys are ``package of NAME``."""
     return {f"package of {name}": version for name in names if (version := RESPONSES.version_of(name))}

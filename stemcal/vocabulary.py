@@ -1,7 +1,7 @@
 """The names of a study's responses, condition and factors in tables, figures and sentences.
 
-By default they are those of the cutting test: the maximum force in N at stem diameters in mm. Attributes and keys of
-files are called ``response`` and ``condition`` in every study; each stage file contains the names of the study once.
+By default, the response is the maximum force in N, and the condition is the stem diameter in mm. In the code and in
+files both are called ``response`` and ``condition`` in every study; each stage file contains their names once.
 """
 
 import operator
@@ -14,7 +14,7 @@ from stemcal.formats import interval, minus, series, short, unit_written
 from stemcal.responses import CUT, TABLE, Response, known_response, response_of, responses_in
 
 FIRST = "response"  # the key of the first response in files and tables, independent of its name in the study
-NOWHERE = 0.0  # the value of the condition for the runs of a study without a condition
+NOWHERE = 0.0  # the condition of a run in a study that has no condition
 
 _WRITTEN = {"1": "", "deg": "°", "degC": "°C", "kg/m3": "kg/m³", "g/cm3": "g/cm³", "t/mm3": "t/mm³", "N/mm2": "N/mm²"}
 
@@ -28,11 +28,11 @@ class Variable:
     symbol: str
     unit: str
     apart: bool = field(default=False, metadata={"exclude_if": operator.not_})
-    """Whether tables show the difference from the measured mean, not the value: true of scores of a curve's shape."""
+    """Whether tables show the difference from the measured mean instead of the value; true for scores of curves."""
 
     @classmethod
     def of(cls, response: Response) -> Self:
-        """Return the variable for a response of the table of responses, as the cutting test names it."""
+        """Return the variable for a response, with the label of the cutting test."""
         return cls(response.name, response.label, response.symbol, response.unit)
 
     @property
@@ -51,17 +51,17 @@ class Variable:
 
     @property
     def long(self) -> str:
-        """The label with a small first letter, for a sentence or an axis: ``maximum force``, but ``COR``."""
+        """The label in sentences and on axes, with a lower-case first letter: ``maximum force``, but ``COR``."""
         return small(self.label)
 
     @property
     def written(self) -> str:
-        """The unit in print, such as kg/m³; empty for a plain number."""
+        """The unit as printed, such as kg/m³; empty for the unit 1."""
         return _WRITTEN.get(self.unit, self.unit)
 
     @property
     def unit_suffix(self) -> str:
-        """The unit to append to a number, with a space where one is needed: `` N``, ``°``."""
+        """The unit to append to a number, with a space except for degrees: `` N``, ``°``."""
         return self.written if self.written in ("", "°") else f" {self.written}"
 
     def headed(self, word: str) -> str:
@@ -74,7 +74,7 @@ class Variable:
         return capital(self.noun)
 
     def counted(self, value: float, mean: float) -> float:
-        """Return the value that tables show: if `apart`, the difference from the measured mean, otherwise `value`."""
+        """Return the value for tables: if `apart`, the difference of `value` from the measured `mean`, else `value`."""
         return round(value - mean, 4) if self.apart else value
 
     def text(self, value: float, form: str = "g") -> str:
@@ -88,14 +88,14 @@ DIAMETER = Variable("diameter", "Stem diameter", "D", "mm")
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """The condition (None if a study has none) and the responses of a study; the first is the calibration target."""
+    """The condition of a study (None if it has none) and its responses; the first response is calibrated."""
 
     condition: Variable | None = DIAMETER
     responses: tuple[Variable, ...] = (FORCE, TRAVEL, WORK)
 
     @property
     def is_cutting(self) -> bool:
-        """Whether the study has the names of the cutting test, with or without further responses of that test."""
+        """Whether the condition and all responses are those of the cutting test, and the force is the first."""
         return self.is_force_on_stems and not self.others and set(CUTTING.further) <= set(self.further)
 
     @property
@@ -109,8 +109,8 @@ class Vocabulary:
 
     @property
     def others(self) -> tuple[Variable, ...]:
-        """The further responses that are not from the cutting test, but from a program, another test or a curve."""
-        own_test = self.condition != DIAMETER  # a test declared by the study may have responses of the same names
+        """The further responses that are not those of the cutting test, but of a program, another test or a curve."""
+        own_test = self.condition != DIAMETER  # responses that a study declares may have names of the cutting test
         return tuple(response for response in self.further if own_test or response.in_table is None)
 
     def named(self, name: str) -> Variable:
@@ -121,7 +121,7 @@ class Vocabulary:
         return next(own, None) or Variable.of(known_response(name))
 
     def measuring(self, names: Collection[str]) -> Self:
-        """Return a copy with further responses, as far as the cutting test has responses with these names."""
+        """Return a copy with those responses of the cutting test whose names are in `names`, after the others."""
         more = (Variable.of(response) for response in responses_in(CUT, measured=names) if response.name in names)
         return replace(self, responses=tuple(dict.fromkeys((*self.responses, *more))))
 
@@ -144,7 +144,7 @@ class Vocabulary:
 
     @property
     def headings(self) -> dict[str, str | None]:
-        """The headings of the columns ``condition`` and ``response``; None for a column to be left out."""
+        """The headings of the columns ``condition`` and ``response``; None if a column is to be omitted."""
         return {"condition": None if self.condition is None else self.condition.name, FIRST: self.response.name}
 
 
@@ -152,7 +152,7 @@ CUTTING = Vocabulary()
 
 
 def small(label: str) -> str:
-    """Return a label with a small first letter, unless it begins with a symbol, an abbreviation or a person’s name."""
+    """Return a label with a lower-case first letter, unless it begins with a symbol, an abbreviation or a name."""
     first = label.partition(" ")[0]
     kept = len(first) == 1 or first[1:2].isupper() or first.endswith(("'s", "’s"))
     return label if kept else label[:1].lower() + label[1:]
@@ -164,14 +164,14 @@ def capital(label: str) -> str:
 
 
 MOST_LISTED = 12
-"""Largest number of values of the condition that a sentence lists; if there are more, it has their number and range."""
+"""Largest number of condition values that a sentence lists; for more values it states their number and range."""
 
 
 @dataclass(frozen=True)
 class Wording:
     """Names and units for sentences: those of the study (`naming`), and the `labels` of factors by their names.
 
-    Notes and the terminal have no labels and use the names of factors, as in the spec; the page uses the labels.
+    The report page uses labels. Notes and the terminal have no `labels` and use the names of factors in the spec.
     """
 
     naming: Vocabulary = CUTTING
@@ -191,7 +191,7 @@ class Wording:
         return self.naming.condition is not None
 
     def factor(self, name: str) -> str:
-        """Return the label or else the name of a factor; for a regression term, of each: ``Yield stress:density``."""
+        """Return the label, else the name, of a factor or of each factor in a term: ``Yield stress:density``."""
         return re.sub(r"[^:^]+", lambda match: self.labels.get(match[0]) or match[0], name)
 
     def in_text(self, name: str, unit: str = "") -> str:
@@ -212,7 +212,7 @@ class Wording:
         return f"{interval(ends)}{self.response.unit_suffix}"
 
     def conditions(self, values: Iterable[float]) -> str:
-        """List or summarise values of the condition after its name; the name of the stem diameter is omitted."""
+        """List values of the condition, or their number and range, after its name (omitted for the stem diameter)."""
         values = list(values)
         many = len(values) > MOST_LISTED
         listed = f"{len(values)} values from {short(min(values))} to {short(max(values))}" if many else ""
@@ -226,6 +226,6 @@ class Wording:
 
 
 def program(kind: str) -> str:
-    """Return the name of a program in sentences, from the kind of its solver."""
+    """Return the name of a program in sentences; `kind` is its solver kind or program name."""
     known = {"embedded": "the other model", "lsdyna": "LS-DYNA", "openradioss": "OpenRadioss"}
     return known.get(kind, "the other program")
