@@ -23,8 +23,8 @@ from stemcal.doe.calibration.search_region import (
     squared_distance,
 )
 
-_GRID, _FREE = 25, 0.5  # number of values in a profile; a factor is free if its interval has this share of the range
-_CLOUD, _SEEDS = 9, 3  # 2^9 points fill the region; local searches start at this number of the best
+_GRID, _FREE = 25, 0.5  # values in a profile; `_FREE`: share of the range from which an interval leaves a factor free
+_CLOUD, _SEEDS = 9, 3  # 2^9 points fill the region; `_SEEDS`: the number of them where local searches start
 _SMALL_PART = 0.05  # smaller components of a direction, relative to the largest, are left out
 _NEAR = 0.01  # an end nearer to the limit of the factor than this fraction of its range is at the limit
 _WIDER = 1.5  # the ends of a profile are tested in a region wider by this factor

@@ -36,7 +36,7 @@ from stemcal.doe.regression.section import SeveralSurfaces
 from stemcal.errors import UsageError
 
 LEVEL = 0.05  # significance level
-_CLOUD, _SETTLED = 11, 3  # 2^11 points fill the region; the weights of the draws converge within this number of fits
+_CLOUD, _SETTLED = 11, 3  # 2^11 points fill the region; `_SETTLED`: number of fits until the weights converge
 _NOTHING = 1e-9  # a direction with less than this fraction of the largest information is undetermined
 
 

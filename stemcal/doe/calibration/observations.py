@@ -39,11 +39,11 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError
 from stemcal.vocabulary import FIRST
 
-_DRAWS, _MANY = 512, 64  # number of draws; a quarter is enough for more than `_MANY` means
+_DRAWS, _MANY = 512, 64  # number of draws; a quarter of it for more than `_MANY` means
 FINEST, COARSEST = 1e-4, 0.1
 """Bounds of the relative error of a surface. `FINEST` also bounds that of a mean; large contrasts raise the other."""
 _MOST_APART = 1.0
-_STEPS, _SHAPES = 48, 8  # grid points of ln σ, and of d₀
+_STEPS, _SHAPES = 48, 8  # number of grid points of ln σ; `_SHAPES`: of d₀
 _COMMON_SHAPE = 1e6  # d₀ if all conditions have the same variance; also the degrees of freedom of a known variance
 _WIDTH = 6.0  # half-width of the grid of ln τ²
 _NO_CONTRAST = 1e-9  # smaller eigenvalues of a sum of projection matrices are zero
@@ -105,7 +105,7 @@ def _drawn(log_density: Array, uniform: Uniforms) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Contrasts:
-    """Information on the errors of m surfaces of one response from their runs, relative to the mean response."""
+    """Contrasts and pure errors of the runs of m surfaces of one response, from which the surface errors are drawn."""
 
     maps: Array  # (m surfaces, points, terms): a = maps·φ are the weights of the design points in the prediction at φ
     runs: Array  # (m, points): number of runs at each design point
@@ -211,15 +211,15 @@ class Contrasts:
 
 
 def _groups_of(residuals: Array, bases: Array, runs: Array, free: Array, noise: Array) -> tuple[Array, ...]:
-    """Return counts, z2, common and noise of the groups of contrasts, (groups,) each.
+    """Return the fields counts, z2, common and noise of `Contrasts`, (groups,) each.
 
-    Surface i has the residuals eᵢ = Mᵢyᵢ with Mᵢ = 1 − BᵢBᵢᵀ, where B is `bases` (m, points, terms), the number `free`
-    of contrasts, and the sum `noise` of the variances of its contrasts for σ_E² = 1.
+    Surface i has the `residuals` eᵢ = Mᵢyᵢ at the points, with Mᵢ = 1 − BᵢBᵢᵀ and B the `bases` (m, points, terms). The
+    number of its contrasts is `free`; the sum of their variances for σ_E² = 1 is `noise`.
 
     If all m surfaces have the same design, M is the same for all. Along a unit vector u, the contrast uᵀΣeᵢ/√m of all
-    surfaces then has the variance m for σ_c² = 1; the m − 1 contrasts orthogonal to it have none. For σ_E² = 1, let r
-    be the smallest number of runs at a point, and R⁻¹ = 1/r − D. The variance is 1/r − s² along the left singular
-    vectors of M√D, whose singular values are s, and 1/r along all other u.
+    surfaces then has the variance m for σ_c² = 1; the m − 1 contrasts orthogonal to it have none. With r the smallest
+    number of runs at a point and D = 1/r − R⁻¹, the variance for σ_E² = 1 is 1/r − s² along the left singular vectors
+    of M√D, whose singular values are s, and 1/r along all other u.
     """
     total, m = residuals.sum(axis=0), len(residuals)
     if np.array_equal(runs, np.broadcast_to(runs[0], runs.shape)) and np.allclose(bases, bases[0]):

@@ -16,7 +16,7 @@ from stemcal.errors import UsageError
 _ROUNDING = 1e-9
 _MOST_CORNERS = 256  # the cloud of points includes the corners of a box only up to this number of corners, 2^k
 _CLOUD = 11  # 2^11 points fill a region of up to five factors closely enough to find each branch of a quadratic
-_STARTS, _SPACING = 8, 0.25  # number of local searches; smallest distance between their starts, in coded units
+_STARTS, _SPACING = 8, 0.25  # number of local searches; `_SPACING`: coded distance between their starts, at least
 
 
 @dataclass(frozen=True, eq=False)

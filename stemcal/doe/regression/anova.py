@@ -174,7 +174,7 @@ def statistics_of(
         coefficients=Rows(_coefficients_of(fit, terms)),
         anova=Rows(_anova_table(fit, terms, split)),
         r2=explained(fit.residual_ss),
-        # 1 − s²/(SS/(n − 1))
+        # 1 − s²/(total SS/(n − 1))
         adjusted_r2=1.0 - s2 * (n - 1) / fit.total_ss if s2 is not None and not fit.flat else None,
         predicted_r2=explained(press),
         adequate_precision=precision,

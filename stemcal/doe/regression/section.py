@@ -28,7 +28,7 @@ from stemcal.doe.regression.surface import Surface, fit_surface
 class Place:
     """The coded condition of a section; it converts points x (m, k) in coded factors to coordinates z of the surface.
 
-    `growing` maps the index of each factor that grows with the condition to the index of its exponent and ln(d/a).
+    `growing` maps the index of a factor that grows with the condition d to the index of its exponent and ln(d/a).
     """
 
     coding: Coding
@@ -177,7 +177,7 @@ class Bend:
 
 
 def bend_freedom(terms: Array, d: Array) -> int:
-    """Return the residual degrees of freedom after adding z_d³ and z_d⁴ to the terms (n, p); 0 if not estimable."""
+    """Return the residual degrees of freedom after adding d³ and d⁴ of the coded condition d to the terms (n, p), or 0."""
     more = np.column_stack([terms, d**3, d**4])
     return len(d) - more.shape[1] if np.linalg.matrix_rank(more) == more.shape[1] else 0
 
@@ -204,15 +204,13 @@ def bend_of(whole: Surface, logarithm: bool) -> Bend | None:
     return Bend(100.0 * (removed / len(d)) ** 0.5 / size, float(fdtrc(2.0, df, f)))
 
 
-# ---- choice between the response and its logarithm
-
 _ALONE = 0.9  # a run with a higher leverage, such as a single centre run, nearly determines a coefficient alone
 
 
 def fit_whole(
     coded: ArrayLike, response: Array, names: Sequence[str], terms: Sequence[str] | None, logarithm: bool
 ) -> Surface:
-    """Fit a surface over factors and conditions to y; with `logarithm` to ln y, with 100·s as its `cv_percent`."""
+    """Fit a surface over factors and conditions to y, or to ln y, with `relative_percent` as its `cv_percent`."""
     surface = fit_surface(coded, np.log(response) if logarithm else response, names, terms)
     return replace(surface, cv_percent=relative_percent(surface)) if logarithm else surface
 

@@ -21,7 +21,7 @@ from stemcal.vocabulary import FIRST, Wording
 
 _MISSED_PERCENT = 2.0  # smallest error of a fitted value that is reported
 _SAME_SIDE = 0.25  # share of the largest error up to which an error of the other sign is ignored
-_NEAR_RADIUS, _NEAR_END = 0.98, 0.01  # shares of radius and range beyond which a solution is on the edge
+_NEAR_RADIUS, _NEAR_END = 0.98, 0.01  # share of the radius, and distance from a range end, of the edge
 
 
 @ranked(Rank.TREND)

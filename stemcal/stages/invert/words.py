@@ -28,7 +28,7 @@ def outcome(stage: InvertResult, names: Wording) -> list[str]:
     ]
 
 
-def known(part: Certainty, stage: InvertResult, names: Wording) -> list[str]:
+def uncertainty(part: Certainty, stage: InvertResult, names: Wording) -> list[str]:
     """Return sentences on the intervals of the parameters, the undetermined factors, and the assumptions."""
     data = "joint fit" if part.source == "joint" else f"{names.response.long}{names.at(stage.condition)}"
     kept = [
@@ -106,7 +106,7 @@ def invert_notes(stage: InvertResult) -> list[Note]:
     names = Wording(stage.naming)
     notes = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     predicted = [] if stage.prediction is None else [predicted_note("left_out", stage.prediction, names)]
-    return [*notes, *predicted, Note("known", "caution", " ".join(known(stage.certainty, stage, names)))]
+    return [*notes, *predicted, Note("known", "caution", " ".join(uncertainty(stage.certainty, stage, names)))]
 
 
 def _of_one(stage: InvertResult, names: Wording) -> Iterator[Note]:

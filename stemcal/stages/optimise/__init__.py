@@ -30,6 +30,6 @@ class Optimise(Stage[Any]):
         return study.goal is not None
 
     def inputs(self, study: Study) -> Mapping[str, object]:
-        """Return the other materials for which the gain is simulated."""
+        """Return, as an input of the stage file, the other materials for which the gain is simulated."""
         others = [study.model_copy(update=other).model_dump(include=set(other)) for other in study.materials]
         return {"materials": others} if others else {}

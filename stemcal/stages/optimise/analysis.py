@@ -136,8 +136,9 @@ def gain_of(
     """Return the gain g (%) of the optimum over the present cutter with 95 % limits, and its standard deviations.
 
     With the responses O of the optimum and P of the present cutter, g = 100 (P − O)/|P| if the response is minimised.
-    The mean of n runs has the variance v = s² own/n (`Surface.own_scatter`), so var g = 100² v (1 + O²/P²)/P². Each
-    other material is one standard deviation away in one direction, so their variance is Σ (gₘ − g)².
+    The mean of n runs has the variance v = s² own/n, with s² = `mean_square` and own = `own_scatter` of the surface;
+    then var g = 100² v (1 + O²/P²)/P². Each other material is one standard deviation away in one direction, so the
+    variance due to the material is Σ (gₘ − g)².
     """
     best, present = cutters[:2]
     o, p = best.outcome.number(key), present.outcome.number(key)

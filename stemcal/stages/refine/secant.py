@@ -106,7 +106,7 @@ class SecantSteps(MeanSteps):
         return point
 
     def _is_seen(self, change: Array) -> bool:
-        """Check that a `change` of the means exceeds the tolerance, and that other factors do not change them alike."""
+        """Check that a `change` of the means exceeds the tolerance, and is no combination of those by other factors."""
         known = self.slopes[:, self._free()]
         own = change - known @ np.linalg.lstsq(known, change, rcond=None)[0] if known.size else change
         size = 1.0 if self.logarithmic else float(np.mean(np.abs(self.measured))) or 1.0

@@ -30,7 +30,7 @@ from stemcal.stages.loop import NO_PREDICTION, How, JudgedPoint, PointToTry, Pre
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
-FIRST_RADIUS, SHRINK = 1.0, 0.5  # radius (coded) of the first step; factor after a step without progress
+FIRST_RADIUS, SHRINK = 1.0, 0.5  # coded radius of the first step; `SHRINK`: its factor after a step without progress
 _NEWTON_STEPS = 60
 _PROGRESS = 0.5  # a step makes progress if it reduces the error to less than this share
 _SAME = 1e-9  # coded: a shorter step to a single target is not worth a run

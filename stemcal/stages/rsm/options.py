@@ -243,7 +243,7 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
 
 
 def _unphysical_runs(draft: Draft, factor: Factor) -> Iterator[Finding]:
-    """Yield a finding if a corner run, or an axial run of a known design, is outside the bounds of a parameter."""
+    """Yield a finding if corner runs or (for a known number of factors) axial runs exceed bounds of a parameter."""
     rsm, parameter = draft.study.of(RsmOptions), draft.kind.parameters.get(factor.name)
     if parameter is None or not units.fits(factor.unit, parameter.dimension):
         return

@@ -221,7 +221,7 @@ def _further_tables(stage: RsmResult, names: Wording) -> list[Table]:
 
 
 def _fits_table(stage: RsmResult, names: Wording) -> list[Table]:
-    """Return a table of the statistics of all surfaces of a joint fit; no table for a single response."""
+    """Return a table of the statistics of all surfaces of a joint fit; empty for a fit to a single value."""
     rows = [
         {**vars(fit), "response": name, "condition": part.condition}
         for part in stage.conditions

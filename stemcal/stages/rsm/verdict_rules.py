@@ -27,7 +27,7 @@ from stemcal.vocabulary import FIRST
 # Ratios of units that are often confused: a force in N and in kN, kgf or g, a length in mm and in m.
 _UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
 _DRAWN = frozenset({"replicate", "seed"})  # inputs that differ between repeated runs
-_FAR, _ROOM = 3.0, 0.25  # beyond _FAR times the range a value is suspect; _ROOM widens the range
+_FAR, _ROOM = 3.0, 0.25  # a value beyond _FAR times the range is suspect; `_ROOM` widens the range
 _SIGNS = 3  # smallest number of runs from which a wrong sign is reported
 _MANY = 0.1  # share of failed runs from which the failures are reported
 _RETRY = "Fix the causes of the failures (see `stemcal status SPEC --failed`), then run `stemcal run SPEC --retry`."

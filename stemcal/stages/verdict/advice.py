@@ -18,7 +18,7 @@ from stemcal.vocabulary import DIAMETER, FIRST
 
 _WIDEST = 20.0  # largest factor on a level; in a range with levels below zero, largest change in range widths
 _INSIDE = 0.85  # share of the radius of the design region within which required levels are placed
-_WEAK, _LEAST = 0.1, 1e-3  # effects below this share of the largest are ignored; least simulated/measured
+_WEAK, _LEAST = 0.1, 1e-3  # share of the largest effect below which one is ignored; least simulated/measured
 _CLOUD = 9
 _MOST_AVERAGED = 100  # largest number of replicates in a spec
 

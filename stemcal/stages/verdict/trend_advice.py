@@ -165,7 +165,7 @@ def _worst(forces: Array, measured: Array) -> float:
 
 
 def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
-    """Return the remedy for a trend: the two best changes or, if there are none, things to check."""
+    """Return the remedy for a trend: the two parameters whose growth removes it best, otherwise things to check."""
     if not study.kind.simulates_stems:
         noun = Wording(study.naming).condition.noun
         return Remedy(
