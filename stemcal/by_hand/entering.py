@@ -24,7 +24,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import seed_of
 from stemcal.stages.fresh import make
-from stemcal.stages.ledger import asked, ledger, missing
+from stemcal.stages.ledger import ledger, missing, required_runs
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.storage.log import now
 from stemcal.study.model.study import Study
@@ -221,7 +221,7 @@ def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Re
     study = stage_called(waiting.stage).seen(study)
     solver = make_solver(study)
     wanted = by_key(solver, waiting.requests)
-    for part in asked(study, solver, folder):
+    for part in required_runs(study, solver, folder):
         left = by_key(solver, missing(part, study, solver, folder))
         if part.stage == waiting.stage and part.settled and wanted.keys() <= left.keys():
             wanted = left

@@ -11,7 +11,7 @@ from stemcal.runs.executors import machine_memory
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.stages.ledger import asked, missing
+from stemcal.stages.ledger import missing, required_runs
 from stemcal.study.model.study import Study
 
 _MOST_HOURS = 48.0  # a command whose runs take longer starts with a warning
@@ -28,7 +28,7 @@ class Demand:
 
 def demand_left(study: Study, folder: StudyFolder, solver: Solver, stage: str | None = None) -> Demand:
     """Return the demand of the remaining runs of all stages or of one `stage`; of a single run if they are unknown."""
-    wanted = [part for part in asked(study, solver, folder) if stage in (None, part.stage)]
+    wanted = [part for part in required_runs(study, solver, folder) if stage in (None, part.stage)]
     if stage is not None and not wanted:
         return demand_of([Request(stage, 0, study.midlevels(), study.targets.calibrate_at)], solver)
     return demand_of((run for part in wanted for run in missing(part, study, solver, folder)), solver)

@@ -58,13 +58,13 @@ def measure_tests(
             raise UsageError(f"{folder} does not exist; specify a folder that contains one subfolder for each test")
         names = ", ".join(test.name for test in study.tests)
         raise UsageError(f"{folder} has no subfolder of a test; name them after the tests of {study.name}: {names}")
-    asked = [specimen.partition("/") for specimen in exclude]
-    if unknown := [parts for parts in asked if parts[0] not in {test.name for test in there}]:
+    excluded = [specimen.partition("/") for specimen in exclude]
+    if unknown := [parts for parts in excluded if parts[0] not in {test.name for test in there}]:
         raise UsageError(
             f"--exclude {''.join(unknown[0])[:60]!r}: no test is named {unknown[0][0][:60]!r}; write TEST/SPECIMEN, "
             f"as in `{there[0].name}/8mm-1`"
         )
-    left_out = {test.name: [specimen for name, _, specimen in asked if name == test.name] for test in there}
+    left_out = {test.name: [specimen for name, _, specimen in excluded if name == test.name] for test in there}
     read = {name: measure_shear(find_files(folder / name), how, None, names) for name, names in left_out.items()}
     unread = [path.name for path in sorted(folder.glob("*")) if path.is_dir() and path.name not in read]
     texts = (f"Folder {quoted(name)} was skipped because no test has this name." for name in unread)

@@ -19,8 +19,8 @@ from stemcal.runs.record import Run
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.stages.design import Asked, Design
-from stemcal.stages.ledger import asked, keyed, missing
+from stemcal.stages.design import Design, StageRuns
+from stemcal.stages.ledger import keyed, missing, required_runs
 from stemcal.stages.stage import stages_of
 from stemcal.storage.rows import Rows
 from stemcal.study.model.study import Study
@@ -86,7 +86,7 @@ def plan(
 ) -> Plan:
     """Return the runs of every stage and their cost with this number of `workers`, by default one per core."""
     solver, workers = solver or make_solver(study), workers or available_cores()
-    wanted = asked(study, solver, folder)
+    wanted = required_runs(study, solver, folder)
     costs = costs_of(solver, folder, Request("plan", 0, study.midlevels(), study.targets.calibrate_at))
     left = [missing(part, study, solver, folder) for part in wanted]
     every = [keyed(part, study, solver) for part in wanted]
@@ -127,7 +127,7 @@ def _by_test(left: Iterable[Sequence[Request]], solver: Solver, costs: _Costs) -
 
 
 def _count(
-    part: Asked, runs: Sequence[tuple[str, Request, int | None]], left: Sequence[Request], solver: Solver, costs: _Costs
+    part: StageRuns, runs: Sequence[tuple[str, Request, object]], left: Sequence[Request], solver: Solver, costs: _Costs
 ) -> _PlannedStage:
     distinct = {key for key, *_ in runs}
     memory = [bytes_ for request in left if (bytes_ := solver.memory_estimate(request)) is not None]

@@ -11,7 +11,7 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.fresh import CODE, changed_tables, changes_since
-from stemcal.stages.ledger import LedgerRow, asked, entries_of, entry_of, ledger
+from stemcal.stages.ledger import LedgerRow, entries_of, entry_of, ledger, required_runs
 from stemcal.stages.result import read_result
 from stemcal.stages.stage import stage_called, stages_known
 from stemcal.stages.verdict.result import Verdict
@@ -63,7 +63,7 @@ class Status:
 def stage_states(study: Study, folder: StudyFolder) -> Status:
     """Return the status of a study, with the progress of every stage."""
     solver = make_solver(study)
-    wanted = asked(study, solver, folder)
+    wanted = required_runs(study, solver, folder)
     entries = entries_of(wanted, study, folder, solver)
     decided = {part.stage: part.settled for part in wanted}
     left = {stage.name for stage in stages_known(study) if folder.has_stage(stage.name)}

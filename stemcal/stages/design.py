@@ -60,7 +60,7 @@ class Design:
 
 
 @dataclass(frozen=True)
-class Asked:
+class StageRuns:
     """The runs that a stage requires; not `settled` while they depend on an earlier stage that is not finished."""
 
     stage: str
@@ -73,7 +73,7 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Later:
+class AdaptiveRuns:
     """The usual rounds of runs of a stage that chooses its runs one by one, and a note on their largest number."""
 
     rounds: Sequence[Sequence[Request]]

@@ -7,7 +7,7 @@ from stemcal.runs.record import Run, is_final, outcome_of
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.stages.design import Asked
+from stemcal.stages.design import StageRuns
 from stemcal.stages.stage import STAGES, stages_of
 from stemcal.stages.work import second_time
 from stemcal.storage.rows import Rows
@@ -46,13 +46,13 @@ class LedgerRow:
         return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, self.replicate or 0)
 
 
-def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
+def required_runs(study: Study, solver: Solver, folder: StudyFolder | None) -> list[StageRuns]:
     """Return the runs that each stage requires, as far as they are known now."""
     parts = [part for stage in stages_of(study) if (part := stage.foresee(study, solver, folder)) is not None]
     return [replace(part, requests=[*part.requests, *second_time(study, part.requests)[1:]]) for part in parts]
 
 
-def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> list[Request]:
+def missing(part: StageRuns, study: Study, solver: Solver, folder: StudyFolder | None) -> list[Request]:
     """Return the distinct runs of a stage that have no final record."""
     distinct = {key: request for key, request, _ in reversed(keyed(part, study, solver))}
     recorded = {key: folder.peek(key) for key in distinct} if folder is not None else {}
@@ -64,7 +64,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
     ]
 
 
-def keyed(part: Asked, study: Study, solver: Solver) -> list[tuple[str, Request, int | None]]:
+def keyed(part: StageRuns, study: Study, solver: Solver) -> list[tuple[str, Request, int | None]]:
     """Return the runs of a stage with their keys and the numbers of their materials (None for the study's own)."""
     runs = list[tuple[str, Request, int | None]]()
     runs += [(Run.of(solver, request).key, request, None) for request in part.requests]
@@ -77,10 +77,10 @@ def keyed(part: Asked, study: Study, solver: Solver) -> list[tuple[str, Request,
 def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Rows[LedgerRow]:
     """Return the runs of all stages, as far as they are known now, in order."""
     solver = solver or make_solver(study)
-    return Rows(entries_of(asked(study, solver, folder), study, folder, solver))
+    return Rows(entries_of(required_runs(study, solver, folder), study, folder, solver))
 
 
-def entries_of(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver: Solver) -> list[LedgerRow]:
+def entries_of(wanted: Sequence[StageRuns], study: Study, folder: StudyFolder, solver: Solver) -> list[LedgerRow]:
     """Return the rows of the `wanted` runs, then of recorded runs of the stages that choose their runs one by one."""
     known = [entry for part in wanted if part.settled for entry in keyed(part, study, solver)]
     entries = [entry_of(request, key, study, folder, material) for key, request, material in known]

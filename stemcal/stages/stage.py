@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from stemcal.notes import Note
     from stemcal.runs.study_folder import StudyFolder
     from stemcal.solvers.protocol import Solver
-    from stemcal.stages.design import Asked, Later
+    from stemcal.stages.design import AdaptiveRuns, StageRuns
     from stemcal.stages.result import StageResult
     from stemcal.study.model.study import Study
 
@@ -82,12 +82,12 @@ class Stage(StageKind, Checked, Generic[R]):
         """Return the function that computes the result (decorated with `stages.work.a_stage`)."""
         return self._needed("analysis", self.name.replace("-", "_"))  # type: ignore[no-any-return]
 
-    def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
+    def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> StageRuns | None:
         """Return the runs that the stage needs, as far as they are known; None if each run depends on the last one."""
         foresee = self._part("analysis", "foresee") if self.asked_for(study) else None
         return None if foresee is None else foresee(study, solver, folder)
 
-    def later(self, study: Study) -> Later | None:
+    def later(self, study: Study) -> AdaptiveRuns | None:
         """Return the usual rounds of runs of a stage that chooses its runs one by one; None for other stages."""
         later = self._part("analysis", "later")
         return None if later is None else later(study)

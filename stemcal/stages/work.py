@@ -65,9 +65,9 @@ class Work:
 
         def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
             rows = enumerate(points, first)
-            asked = [Request(stage, row, levels, d, pictured) for row, levels in rows for d in conditions]
+            requests = [Request(stage, row, levels, d, pictured) for row, levels in rows for d in conditions]
             times = self.study.solver.repeats
-            return merged(self._answered(repeated(asked, times)), times)
+            return merged(self._answered(repeated(requests, times)), times)
 
         return simulate
 

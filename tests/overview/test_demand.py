@@ -68,9 +68,9 @@ def test_demand_is_that_of_the_runs_left(tmp_path: Path) -> None:
 
 
 def plan_requests(study: Study, folder: StudyFolder, solver: FakeSolver) -> list[Request]:
-    from stemcal.stages.ledger import asked
+    from stemcal.stages.ledger import required_runs
 
-    return [request for part in asked(study, solver, folder) for request in part.requests]
+    return [request for part in required_runs(study, solver, folder) for request in part.requests]
 
 
 def record(folder: StudyFolder, solver: FakeSolver, request: Request) -> None:

@@ -15,7 +15,7 @@ from stemcal.runs.record import Run
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.design import Design
-from stemcal.stages.ledger import asked
+from stemcal.stages.ledger import required_runs
 from stemcal.storage.rows import Rows
 
 
@@ -24,7 +24,7 @@ def test_the_rows_of_a_plan(tmp_path: Path) -> None:
     study = make_study(tmp_path, f"screen: {{centre_points: 2}}\n{TWO}")
     folder, solver = StudyFolder(tmp_path), Priced()
     with folder:
-        for request in asked(study, solver, folder)[0].requests[:2]:
+        for request in required_runs(study, solver, folder)[0].requests[:2]:
             record(folder, solver, request)
     found = plan(study, folder, solver, 4)
     rows = [(s.stage, s.rows, s.distinct_runs, s.recorded, s.to_run, s.seconds, s.memory) for s in found.stages]

@@ -177,7 +177,7 @@ class Bend:
 
 
 def bend_freedom(terms: Array, d: Array) -> int:
-    """Return the residual degrees of freedom after adding d³ and d⁴ of the coded condition d to the terms (n, p), or 0."""
+    """Return the residual degrees of freedom with d³ and d⁴ added to the terms (n, p), d the coded condition; or 0."""
     more = np.column_stack([terms, d**3, d**4])
     return len(d) - more.shape[1] if np.linalg.matrix_rank(more) == more.shape[1] else 0
 

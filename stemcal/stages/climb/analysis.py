@@ -18,7 +18,7 @@ from stemcal.notes import Note, Remedy
 from stemcal.solvers.protocol import Request
 from stemcal.stages.climb.options import ClimbOptions
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
-from stemcal.stages.design import Later
+from stemcal.stages.design import AdaptiveRuns
 from stemcal.stages.result import CodedScale, Head
 from stemcal.stages.rsm.options import RsmOptions, surface_factors
 from stemcal.stages.screen.result import ScreenResult
@@ -115,14 +115,14 @@ def _around(study: Study, name: str, level: float, k: int) -> CodedScale:
     return CodedScale(float(f"{center:.12g}"), float(f"{span / reach:.12g}"))
 
 
-def later(study: Study) -> Later | None:
+def later(study: Study) -> AdaptiveRuns | None:
     """Return the usual number of runs, one per round, and a note on the largest number; None without a climb."""
     if (options := study.section(ClimbOptions)) is None:
         return None
     when = "simultaneously" if options.at_once else "one after another"
     text = f"Steepest ascent requires at most {counted(options.steps + 1, 'additional run')}, simulated {when}."
-    note = Note("decided_later", "caution", text)
-    return Later([[Request("climb", 0, study.midlevels(), study.targets.calibrate_at)]] * (options.steps // 2), note)
+    run = Request("climb", 0, study.midlevels(), study.targets.calibrate_at)
+    return AdaptiveRuns([[run]] * (options.steps // 2), Note("decided_later", "caution", text))
 
 
 def _path(study: Study, names: list[str], screened: ScreenResult, rise: bool) -> Array:

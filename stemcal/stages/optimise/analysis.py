@@ -18,7 +18,7 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.solvers.replicates import repeated
-from stemcal.stages.design import Asked
+from stemcal.stages.design import StageRuns
 from stemcal.stages.fitting import fitted_surfaces, measured_means
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.optimise.options import present_levels
@@ -194,7 +194,7 @@ def _notes(study: Study, optimum: Optimum, gains: Mapping[str, tuple[Gain, dict[
         yield Note("gain_sources", "info", text)
 
 
-def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
+def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> StageRuns:
     """Return the runs of the cutters; until the surfaces are fitted, other levels in the ranges take their place."""
     cutters = None
     with suppress(UsageError, NoneAllowed):
@@ -207,9 +207,9 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     unknown = [{each.name: each.low + part * (each.high - each.low) for each in study.factors} for part in parts]
     at, levels = study.targets.calibrate_at, cutters or unknown
     requests = [Request("optimise", row, each, at, pictured=True) for row, each in enumerate(levels)]
+    times = study.solver.repeats
     others = [
-        [Request("optimise", row, each, at) for row, each in enumerate(levels[:2], _first_in(number))]
+        repeated([Request("optimise", row, each, at) for row, each in enumerate(levels[:2], _first_in(number))], times)
         for number in range(1, len(study.materials) + 1)
     ]
-    known, times = cutters is not None, study.solver.repeats
-    return Asked("optimise", repeated(requests, times), known, in_materials=[repeated(runs, times) for runs in others])
+    return StageRuns("optimise", repeated(requests, times), cutters is not None, in_materials=others)

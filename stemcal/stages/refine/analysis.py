@@ -11,7 +11,7 @@ from stemcal.formats import counted, listed, series
 from stemcal.notes import Note, Remedy
 from stemcal.runs.answer import watch_nothing
 from stemcal.solvers.protocol import Request
-from stemcal.stages.design import Later
+from stemcal.stages.design import AdaptiveRuns
 from stemcal.stages.fitting import Measured, Surfaces, measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.loop import Loop, PathSteps
@@ -161,7 +161,7 @@ def _adjusted(loop: Loop, steps: PathSteps, target: Target) -> Iterator[Adjusted
         yield AdjustedFactor(mover.name, mover.start, value, known.get(mover.name), mover.low, mover.high)
 
 
-def later(study: Study) -> Later | None:
+def later(study: Study) -> AdaptiveRuns | None:
     """Return the runs of a usual refinement, in rounds over the conditions, and a note on the largest number."""
     if not stage_called("refine").asked_for(study):
         return None
@@ -172,12 +172,12 @@ def later(study: Study) -> Later | None:
             f"The refinement adds at most {counted(options.budget, 'run')} in {place}, one at a time. The estimated "
             "time excludes these runs."
         )
-        return Later([], Note("decided_later", "caution", text))
+        return AdaptiveRuns([], Note("decided_later", "caution", text))
     conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
     round_ = [Request("refine", 0, study.midlevels(), condition, True) for condition in conditions]
     most, moved = most_runs(study), 0 if has_surface(study) else min(len(study.factors), len(conditions))
     text = f"The refinement requires at most {counted(most, 'additional run')}, simulated one after another."
-    return Later([round_] * min(_USUAL_ROUNDS + moved, most), Note("decided_later", "caution", text))
+    return AdaptiveRuns([round_] * min(_USUAL_ROUNDS + moved, most), Note("decided_later", "caution", text))
 
 
 def refine_notes(stage: RefineResult) -> list[Note]:

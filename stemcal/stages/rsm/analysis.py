@@ -22,7 +22,7 @@ from stemcal.runs.answer import failures_in_message
 from stemcal.runs.record import lower_bound_notes
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.design import Asked, Design, given_design, runs_of
+from stemcal.stages.design import Design, StageRuns, given_design, runs_of
 from stemcal.stages.fitting import AtCondition, ConditionAxis, ConditionRun, FactorCoding, FitSummary
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, StageResult
@@ -120,7 +120,7 @@ def _factors(
     return names, {}, chosen
 
 
-def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
+def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> StageRuns:
     """Return the runs of the design; until a screening has selected the factors, their number is assumed."""
     before, table = None, solver.given_design("rsm")
     with suppress(UsageError):
@@ -141,7 +141,7 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     else:
         assumed = f"The plan assumes {len(design.names) - bool(design.conditions)} factors for the response surface"
         note = Note("factors_assumed", "caution", f"{assumed} because the screening has not yet selected the factors.")
-    return Asked("rsm", requests, known, note, design)
+    return StageRuns("rsm", requests, known, note, design)
 
 
 def _at_condition(work: Work, target: Target, result: RsmResult, design: Design) -> AtCondition:

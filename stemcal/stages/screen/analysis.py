@@ -22,7 +22,7 @@ from stemcal.runs.answer import failures_in_message
 from stemcal.runs.record import lower_bound_notes
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Solver
-from stemcal.stages.design import Asked, Design, given_design, runs_of
+from stemcal.stages.design import Design, StageRuns, given_design, runs_of
 from stemcal.stages.result import Head
 from stemcal.stages.screen.options import ScreenOptions
 from stemcal.stages.screen.result import LEAST_DF, Screening, ScreenResult
@@ -67,10 +67,10 @@ def screening_design(study: Study, solver: Solver) -> Design:
     return given_design("screen", study, coding, table, order=1)
 
 
-def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
+def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> StageRuns:
     """Return the runs of the screening."""
     design = screening_design(study, solver)
-    return Asked("screen", design.requests(study.targets.calibrate_at), settled=True, design=design)
+    return StageRuns("screen", design.requests(study.targets.calibrate_at), settled=True, design=design)
 
 
 def analyse_screening(

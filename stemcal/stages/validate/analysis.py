@@ -14,7 +14,7 @@ from stemcal.runs.record import Outcome, lower_bound_notes, merged
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.solvers.replicates import repeated
-from stemcal.stages.design import Asked
+from stemcal.stages.design import StageRuns
 from stemcal.stages.fitting import Measured, measured_of
 from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.invert.result import InvertResult
@@ -102,14 +102,14 @@ def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
     return repeated(requests, study.solver.repeats)
 
 
-def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
+def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> StageRuns:
     """Return a run per condition, at the solution if it is known, otherwise at mid-levels."""
     levels = None
     if folder is not None:
         with suppress(UsageError):
             levels = calibrated_parameters(study, solver, folder)
     middle = study.midlevels() if levels is None else levels
-    return Asked("validate", requests_at(study, middle), settled=levels is not None)
+    return StageRuns("validate", requests_at(study, middle), settled=levels is not None)
 
 
 def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]:
