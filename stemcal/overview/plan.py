@@ -33,14 +33,11 @@ Source = Literal["none", "by_hand", "guess", "recorded"]
 
 @dataclass(frozen=True)
 class _Costs:
-    """The computing time of runs: a function of the request (s on one core; None if unknown), and its source.
-
-    `recorded` is the number of recorded runs from which the time is estimated.
-    """
+    """The computing time of runs: a function of the request (s on one core; None if unknown), and its source."""
 
     of: Callable[[Request], float] | None
     source: Source = "none"
-    recorded: int = 0
+    recorded: int = 0  # number of recorded runs from which the time is estimated
 
 
 @dataclass(frozen=True)

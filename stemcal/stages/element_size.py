@@ -62,7 +62,7 @@ class SizedStrain:
 
 
 def without_lengths(study: Study) -> Study:
-    """Return the study without internal length and edge spread; raise `UsageError` if the study does not allow it."""
+    """Return the study without internal length and edge spread; raise `UsageError` for other solvers or factors."""
     solver = study.solver
     if not study.kind.simulates_stems:
         raise UsageError(

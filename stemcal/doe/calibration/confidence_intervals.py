@@ -36,7 +36,7 @@ _KEPT = 1e-6  # tolerance of constraints
 
 
 @dataclass(frozen=True, eq=False)
-class Profile:
+class _Profile:
     """The profile of one factor, and its 95 % interval from `low` to `high` (coded).
 
     `bounded`: whether the data determine each end. An end is not determined if it is at the limit of the
@@ -58,7 +58,7 @@ class Profile:
         return self.share >= _FREE
 
 
-def profiles_of(fit: Fit) -> list[Profile]:
+def profiles_of(fit: Fit) -> list[_Profile]:
     """Return the profile of every factor."""
     names, region = fit.observations[0].surface.names, fit.region.widened(_WIDER)
     wider = replace(fit, region=region)
@@ -66,7 +66,7 @@ def profiles_of(fit: Fit) -> list[Profile]:
     return [_profile(fit, j, name, wider) for j, name in enumerate(names)]
 
 
-def _profile(fit: Fit, j: int, name: str, wider: Fit) -> Profile:
+def _profile(fit: Fit, j: int, name: str, wider: Fit) -> _Profile:
     from scipy.optimize import brentq
 
     allowed, cloud = fit.tangents.allowed(np.eye(fit.region.k)[j]), fit.region.cloud(_CLOUD)
@@ -103,7 +103,7 @@ def _profile(fit: Fit, j: int, name: str, wider: Fit) -> Profile:
         return room > _NEAR * (high - low) and in_the_wider >= _INSIDE * allowed
 
     bounded = determined(bottom, bottom - low), determined(top, high - top)
-    return Profile(name, values, rise, allowed, bottom, top, bounded, (top - bottom) / (high - low))
+    return _Profile(name, values, rise, allowed, bottom, top, bounded, (top - bottom) / (high - low))
 
 
 def _held_at(fit: Fit, j: int, value: float, start: Array, cloud: Array) -> Array:
@@ -237,8 +237,8 @@ def contradiction(fit: Fit) -> _Contradiction | None:
     """Return the observation that contradicts the others most; None if all agree at the significance level `LEVEL`.
 
     With degrees of freedom left, the p-value of the misfit decides whether they agree. Without any, each mean is tested
-    separately: leaving it out lowers D by T, which has the distribution χ²(1) if it agrees. A mean out of reach
-    of its own surface is replaced by the nearest value of the surface.
+    separately: leaving out a mean that agrees lowers D by an amount with the distribution χ²(1). A mean out of reach of
+    its own surface is replaced by the nearest value of the surface before this test.
     """
     from scipy.special import chdtrc
 

@@ -57,7 +57,7 @@ class Region:
         return Region(low - more, high + more, None if self.radius is None else times * self.radius)
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return the lower and upper ends of a box around the region: the box itself, cut at ± the radius."""
+        """Return the lower and upper limits of the region along each axis: those of the box, cut at ± the radius."""
         reach = np.inf if self.radius is None else self.radius
         return np.maximum(self.low, -reach), np.minimum(self.high, reach)
 

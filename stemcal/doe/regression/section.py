@@ -216,7 +216,7 @@ def fit_whole(
 
 
 def relative_percent(logarithm: Surface) -> float | None:
-    """Return 100·s of a surface of ln y, which corresponds to the coefficient of variation of y in percent."""
+    """Return 100·s, with s² the mean square of a surface of ln y: nearly the coefficient of variation of y in %."""
     return None if logarithm.mean_square is None else 100.0 * logarithm.mean_square**0.5
 
 

@@ -117,7 +117,7 @@ class MeasuredMean:
 
 @dataclass(frozen=True)
 class Contradicted:
-    """A measured mean that contradicts the others: the interval that they predict, its distance in standard errors."""
+    """A mean that contradicts the others: they predict it from `low` to `high`, and it is `standard_errors` away."""
 
     response: str
     condition: float

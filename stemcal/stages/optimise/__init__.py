@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Optimise(Stage[Any]):
-    """The optimum on the surfaces of the goal's responses, simulated like the present cutter."""
+    """The optimum of a goal on the response surfaces, compared with the present cutter by simulations."""
 
     name, title, attribute, reads = "optimise", "Optimum", "optimum", ("goal", "optimise")
     pictured = True

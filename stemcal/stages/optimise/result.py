@@ -1,4 +1,4 @@
-"""The result of the stage optimise: the optimum and its front, simulated, compared with the present cutter."""
+"""The result of the stage optimise: optimum, Pareto front, and gain over the present cutter."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class OptimiseResult(StageResult):
         way = ("less", "more") if name in self.minimised else ("more", "less")
         worse, (g, low, high) = gain[0] < 0.0, gain
         size = f"{fixed(abs(g), 0 if abs(g) >= 10 else 1)} % {way[worse]}"
-        # the interval is positive in the direction of the word (more, less)
+        # written like the gain: positive in the direction of the word (more, less)
         known = "" if low is None or high is None else f" (95 %: {_ends(*((-high, -low) if worse else (low, high)))} %)"
         return f"{named.long} {named.text(value, '.4g')}, {size} than the present cutter{known}"
 

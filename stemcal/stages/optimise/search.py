@@ -132,8 +132,9 @@ def intervals_of(problem: Problem, optimum: Optimum) -> dict[str, tuple[float, f
     """Return the coded 95 % interval of each factor at the optimum; None if the surface has no residual error.
 
     For S = Σ wᵢ yᵢ with the terms φ and the optimum x̂, let d = φ(x) − φ(x̂). A point x may be the optimum if
-    S(x) − S(x̂) = dᵀβ ≤ √(k F(k, ν)) s √(dᵀ(XᵀX)⁻¹d). The interval spans these points. Sources: G. E. P. Box and J. S.
-    Hunter, Biometrika 41 (1954) 190; within a region: J. J. Peterson and others, Biometrics 58 (2002) 422.
+    S(x) − S(x̂) = dᵀβ ≤ √(k F(k, ν)) s √(dᵀ(XᵀX)⁻¹d), with k factors, ν residual degrees of freedom and the quantile F
+    for 95 %. The interval spans these points. Sources: G. E. P. Box and J. S. Hunter, Biometrika 41 (1954) 190; in
+    a region: J. J. Peterson and others, Biometrics 58 (2002) 422.
     """
     from scipy.special import fdtri
 

@@ -34,7 +34,7 @@ _USUAL_VARIATION = 0.03  # assumed coefficient of variation if no scatter was me
 
 
 class SecantSteps(MeanSteps):
-    """Steps to the fitted means by the slopes between simulated points."""
+    """Steps towards the fitted means, with slopes estimated from the simulated points."""
 
     def __init__(self, study: Study, tolerance_percent: float) -> None:
         super().__init__(study)
@@ -80,7 +80,7 @@ class SecantSteps(MeanSteps):
         return True
 
     def next(self) -> PointToTry | None:
-        """Probe the next factor while the means can determine one more, otherwise step; after a failed run go back."""
+        """Return a change of one more factor if the means can determine it, else a step; after a failed run go back."""
         if self.failed:
             aside = np.full(len(self.factors), 0.5 * (-1.0) ** len(self.visited))
             return self._point(0.5 * (self.visited[-1] + (self.best.coded if self.trials else aside)), "back")

@@ -39,7 +39,7 @@ class RefineShowing(Showing[RefineResult]):
 
 
 def _parameters(stage: RefineResult, names: Wording) -> list[Table]:
-    """Return a table of the parameters in another model; without a surface, of their sources; otherwise no table."""
+    """Return the table of the parameters for another model or, without a surface, of all parameters; else none."""
     if stage.alone:
         source = dict.fromkeys(stage.parameters, "mid-range") | dict.fromkeys(stage.determined, "refinement")
         rows = [{"factor": name, "value": stage.parameters[name], "source": source[name]} for name in source]

@@ -147,14 +147,14 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
 
 
 def more_runs(surface: Surfaces) -> Remedy:
-    """Return the remedy to use four times as many runs as coefficients, or twice the runs of the design."""
+    """Return the remedy to use more runs: four per coefficient, and at least twice those of the design."""
     count = max(4 * len(surface.coefficients), 2 * len(surface.design.runs))
     text = f"Use more runs: `rsm: {{design: latin-hypercube, runs: {count}}}`."
     return Remedy(text, f"rsm: {{design: latin-hypercube, runs: {count}, extra_runs: 0}}")
 
 
 def measure_more(study: Study) -> Remedy:
-    """Return the remedy for a study without a check by held-out values."""
+    """Return the remedy for a study without held-out values: a further measurement."""
     naming = study.naming
     if naming.condition is None:
         return Remedy("Measure under another condition, or measure a response that is not in `invert.responses`.")

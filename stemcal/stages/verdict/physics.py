@@ -166,7 +166,7 @@ def _in_solver(values: Mapping[str, str], effect: str) -> Remedy:
 
 
 def _inertia(solver: Any, worst: float, part: float) -> Remedy:
-    """Return the mass scaling and time step that reduce the oscillation excited by the blade well below the limit.
+    """Return the remedy of less mass scaling: the blade then excites oscillations well below the limit.
 
     A body of stiffness k and mass m that is struck at the speed V oscillates with the force V √(k m). The share of
     inertia is therefore proportional to the root of the mass; the mass required by a fixed time step is proportional to
@@ -188,7 +188,7 @@ def _time_step(solver: Any, part: float) -> dict[str, str]:
 
 
 def _hourglass(solver: Any, worst: float, part: float) -> Remedy:
-    """Return the element size that reduces the hourglass energy, at least proportional to it, below the limit.
+    """Return the remedy of smaller elements: the hourglass energy falls at least in proportion to their size.
 
     Elements smaller by a factor a are a³ times as many and need a times as many steps; a fixed time step is reduced.
     """

@@ -14,7 +14,7 @@ Word = Literal["calibrated", "with_reservations", "not_calibrated"]
 
 @dataclass(frozen=True)
 class Use:
-    """The use of the result: conditions of `good` agreement, largest error, largest error of held-out values."""
+    """Conditions at which simulations agree (`good`), the largest error elsewhere (`worst`) and of held-out values."""
 
     within_percent: float
     good: tuple[float, ...]

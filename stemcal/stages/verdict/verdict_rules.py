@@ -100,7 +100,7 @@ def ranked(rank: Rank) -> Callable[[Rule], Rule]:
 
 
 _MAJORITY = 0.5
-_FAR = 2.0  # a doubt about a calibrated run, or the error of one response, is a reservation up to twice its limit
+_FAR = 2.0  # multiple of its limit up to which a doubt, or the error of one response, is only a reservation
 
 
 def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None) -> Verdict:
@@ -124,7 +124,7 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
 
 
 def _use(evidence: Evidence) -> Use | None:
-    """Return the conditions of agreement and the largest error; None without a comparison of valid runs."""
+    """Return the conditions at which simulations agree, and the largest errors; None without valid runs to compare."""
     rows = [row for row in evidence.judged if row.error_percent is not None]
     if not rows or evidence.physics.share > _MAJORITY:
         return None
