@@ -35,7 +35,7 @@ def load_study(path: str | Path, **changes: object) -> Study:
     ``load_study("my-stems.yaml", yield_stress={"high": 25}, rsm={"alpha": "face"})``
     """
     study = read_spec(path, **changes)
-    study._hands = AskAndTell()
+    study._manual_runs = AskAndTell()
     return study
 
 

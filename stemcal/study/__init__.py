@@ -1,1 +1,1 @@
-"""The study: types of values, the model with its keys, rules between them, and reading it from a spec."""
+"""The study: types of values, classes for the sections of a spec, rules across sections, and reading of a spec."""

@@ -1,4 +1,4 @@
-"""What a study optimises instead of fitting measurements: responses to minimise or maximise, and limits."""
+"""The section `goal` of a spec, instead of `targets`: responses to minimise or maximise, and limits of responses."""
 
 from collections.abc import Mapping
 from math import nan
@@ -71,7 +71,7 @@ _Key = Annotated[str, BeforeValidator(_keyed)]
 
 
 class GoalSection(Frozen):
-    """What the study optimises, instead of `targets`: one response, or two with their Pareto front.
+    """Goal of the study, instead of `targets`: one response to optimise, or two whose Pareto front is computed.
 
     A study with a goal has the stages `screen`, `rsm` and `optimise`, at the diameter `specimen.outer_diameter`.
     """
@@ -85,7 +85,7 @@ class GoalSection(Frozen):
 
     @property
     def signs(self) -> dict[str, float]:
-        """The sign of each optimised response: 1 to minimise, −1 to maximise."""
+        """Sign of each optimised response, by name: 1 to minimise, −1 to maximise."""
         return {**dict.fromkeys(self.minimise, 1.0), **dict.fromkeys(self.maximise, -1.0)}
 
     @property
@@ -94,6 +94,6 @@ class GoalSection(Frozen):
         return tuple(dict.fromkeys((FIRST, *self.signs, *self.at_most)))
 
     def unmeasured(self, condition: float) -> Target:
-        """Return a target whose measured values are NaN: it only states the condition and responses of the surfaces."""
+        """Return a target with NaN for all measured values; it defines the condition and responses of the surfaces."""
         further = {name: Mean.model_construct(value=nan) for name in self.responses if name != FIRST}
         return Target.model_construct(condition=condition, response=nan, further=further)

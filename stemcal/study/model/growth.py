@@ -38,10 +38,10 @@ class Growth(Frozen):
     value: Any = None
     """Value of the parameter at the reference diameter; omit `value` if the parameter is a factor."""
 
-    def given_at(self, diameter: float, level: float | None, factors: Mapping[str, float]) -> float:
+    def parameter_at(self, diameter: float, level: float | None, factors: Mapping[str, float]) -> float:
         """Return the parameter at a stem diameter d (mm), value·(d/at)^exponent, in internal units.
 
-        `level` replaces `value` for a parameter that is a factor; `factors` has the value of a named exponent.
+        If the parameter is a factor, `level` replaces `value`. If the exponent is a factor, `factors` has its level.
         """
         value = self.value if level is None else level
         exponent = factors[self.exponent] if isinstance(self.exponent, str) else self.exponent
@@ -77,7 +77,7 @@ class Interpolated:
         return f"{' to '.join(ends)} mm"
 
 
-_SAME: Final = 1e-6  # mm; diameters that differ by less are equal
+_SAME: Final = 1e-6  # diameters that differ by less than this count as equal, mm
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class OverDiameter:
         if not self.only_grows:
             forms.append(core_schema.dict_schema(core_schema.str_schema(), plain))
         return core_schema.json_or_python_schema(
-            # the JSON schema lists all forms
+            # this branch serves only to list all forms of the value in the JSON schema
             json_schema=core_schema.with_info_wrap_validator_function(self._read, core_schema.union_schema([*forms])),
             python_schema=core_schema.with_info_wrap_validator_function(self._read, plain),
             serialization=core_schema.plain_serializer_function_ser_schema(_written),
@@ -145,7 +145,7 @@ def value_at(value: Any, diameter: float, level: float | None, factors: Mapping[
     `factors` are the levels of all factors, for a `Growth` whose exponent is one of them.
     """
     if isinstance(value, Growth):
-        return value.given_at(diameter, level, factors)
+        return value.parameter_at(diameter, level, factors)
     if level is not None or value is None:
         return level
     return float(value.at(diameter) if isinstance(value, Length | Interpolated) else value)

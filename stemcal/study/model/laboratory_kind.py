@@ -1,4 +1,4 @@
-"""Laboratory tests other than cutting: the keys of a test of each kind, and the kinds by name."""
+"""Laboratory tests other than cutting: the keys of a test in a spec for each kind of test, and a registry of kinds."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -16,7 +16,7 @@ from stemcal.vocabulary import CUTTING, DIAMETER, FORCE, Variable, Vocabulary, c
 
 
 class LaboratoryMeans(Frozen):
-    """Measured means of one test at one stem diameter by response; `row` is the index of their row in `targets`."""
+    """Measured means of one test at one stem diameter, by response; `row` is the index in `targets` of the spec."""
 
     diameter: float
     means: dict[str, Mean] = {}
@@ -46,32 +46,32 @@ class LaboratorySection(Frozen):
     is_further_cut: ClassVar[bool] = False
     """Whether the test is a further cutting test, simulated in the same way as the cutting test of the spec."""
     across_axis: ClassVar[bool | None] = None
-    """Whether the slope depends on the elastic modulus across the axis of the stem or along it; None if on neither."""
+    """True if the slope depends on the modulus across the stem's axis, False if on that along it, None for neither."""
     usual: ClassVar[tuple[str, ...]] = ("slope", "force", "work")
     """The responses that a calibration fits by default if all of them were measured."""
     plausible: ClassVar[Mapping[str, tuple[float, float]]] = {"stroke": (0.01, 500.0)}
     """Plausible range of each length in mm, by key. A length outside this range causes a warning."""
 
     def stroke_at(self, diameter: float) -> float:
-        """Return the stroke at a stem diameter, mm; 0 for a further cut with the spec's own stroke."""
+        """Return the stroke at a stem diameter, mm; 0 for a further cut with the stroke in the `loading` section."""
         raise NotImplementedError
 
     def misfits(self, diameter: float, ratio: float) -> Iterator[tuple[str, str, str]]:
-        """Yield the mistakes in the section for a stem of a diameter in mm and a bore `ratio`: key, message, remedy."""
+        """Yield (key, message, remedy) of each mistake in the section, for a stem diameter in mm and a bore `ratio`."""
         yield from ()
 
     @property
     def places(self) -> tuple[str, ...]:
-        """Kinds of test in the table of responses (`stemcal.responses`) to which this test belongs."""
+        """Kinds of test whose responses (`Response.tests` in `stemcal.responses`) this test can have."""
         return (FURTHER_CUT,) if self.is_further_cut else (PIECE, self.kind)
 
     @property
     def responses(self) -> tuple[Response, ...]:
-        """Possible responses of the test: built-in ones, and responses of other packages if they have targets."""
+        """Responses that the test can have: built-in ones, and responses of other packages if they have targets."""
         return responses_in(*self.places, measured=[name for means in self.targets for name in means.means])
 
     def shear_over_bending(self, diameter: float, ratio: float, softness: float) -> float:
-        """Return the ratio of deflection by shear to deflection by bending, for a bore `ratio` and `softness` = E/G."""
+        """Return the deflection by shear over that by bending, for a bore `ratio` and `softness` = E/G."""
         return 0.0
 
     @property
@@ -90,11 +90,11 @@ class LaboratorySection(Frozen):
         }
 
     def called(self, response: str) -> str:
-        """Return the name in the study for a response of the test."""
+        """Return the name that a response of the test has in the study, such as "bend_slope"."""
         return f"{self.name}_{response}"
 
     def in_place_of(self, own: object) -> dict[str, Any]:
-        """Return, by name, the sections of a further cutting test that replace sections of `own` (study or draft)."""
+        """Return the sections, by name, with which a further cutting test replaces those of the study `own`."""
         return {}
 
 
@@ -128,7 +128,7 @@ class PieceSection(LaboratorySection):
         return 2.0 * diameter if self.length is None else self.length.at(diameter)
 
     def room(self, diameter: float, ratio: float) -> float:
-        """Return twice the largest possible stroke, mm; by default the length of the specimen."""
+        """Return the length (mm) of which the stroke must be less than half; by default that of the specimen."""
         return self.long(diameter)
 
     def misfits(self, diameter: float, ratio: float) -> Iterator[tuple[str, str, str]]:
@@ -194,7 +194,7 @@ AnyTest = Annotated[LaboratorySection, OneOf(TESTS, "laboratory test")]
 
 
 def words_of(response: Response) -> str:
-    """Return the words for a response that follow the name of its laboratory test."""
+    """Return the noun of a response after the name of its laboratory test, as in "bend slope"."""
     return response.of_test or response.noun or small(response.label)
 
 

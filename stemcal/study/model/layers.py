@@ -1,4 +1,4 @@
-"""Layers of the stem and properties across its axis, with their parameters."""
+"""Layers of the stem and properties across its axis: their keys in a spec, and their values for a simulation."""
 
 from collections.abc import Mapping
 from math import sqrt
@@ -38,12 +38,12 @@ class Place(NamedTuple):
 
     @property
     def value(self) -> Any:
-        """The value in the spec, None if there is none."""
+        """Value of the key in the spec; None if the spec has none."""
         return field_or_none(self.section, str(self.path[-1]))
 
 
 def places(material: MaterialSection | None, layers: tuple[LayerSection, ...]) -> dict[str, Place]:
-    """Return the parameters of a stem with their places in the spec, by their names as factors."""
+    """Return all parameters of a stem and its layers with their places in the spec, by their names as factors."""
     by_name = stem_places(EMBEDDED, material)
     across = field_or_none(material, "transverse")
     if across is not None:
@@ -70,7 +70,7 @@ def _across(prefix: str, section: TransverseSection | None, path: NodePath) -> d
 
 
 NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}
-"""Rate parameters with which solvers have no effect of the strain rate on the yield stress."""
+"""Rate parameters for a yield stress that does not depend on the strain rate."""
 
 
 class LayerValues(NamedTuple):
@@ -98,7 +98,7 @@ class LayerValues(NamedTuple):
 
 
 def layers_at(study: Any, levels: Mapping[str, float], diameter: float) -> tuple[LayerValues, ...]:
-    """Return the layers of a stem of a `Study` from the outside; a stem without layers has one. Internal units."""
+    """Return the layers of a stem of a `Study` from the outside, in internal units; every stem has at least one."""
     chosen = {**study.midlevels(), **levels}
     internal = {factor.name: factor.internal(chosen[factor.name]) for factor in study.factors}
     ratios = {factor.name for factor in study.factors if units.parse_unit(factor.unit).dimension == "dimensionless"}
@@ -122,7 +122,7 @@ def layers_at(study: Any, levels: Mapping[str, float], diameter: float) -> tuple
 
 
 def own_values(layer: LayerSection | None, diameter: float, internal: Mapping[str, float]) -> dict[str, float]:
-    """Return the parameters that are set for a layer itself, by its keys or by levels of factors; internal units."""
+    """Return the parameters of a layer that its keys or the levels of its factors set, in internal units."""
     if layer is None:
         return {}
     levels = {name: internal.get(f"{layer.name}_{name}") for name in PARAMETERS}
@@ -136,7 +136,7 @@ def _resolved(
     ratios: set[str],
     along: Mapping[str, float],
 ) -> dict[str, float]:
-    """Return the properties across the axis, MPa; a later section (and its factors) replaces values of earlier ones."""
+    """Return the properties across the axis, MPa; a later section (and its factors) replaces earlier values."""
     values: dict[str, Any] = {}
     for prefix, section in sections:
         for name in TRANSVERSE:
@@ -145,10 +145,10 @@ def _resolved(
             if (factor := f"{prefix}{name}") in internal:
                 level = internal[factor]
                 values[name] = level if name == "poisson_ratio" else Relative(level, factor in ratios)
-    return across_from(values, along)
+    return _across_from(values, along)
 
 
-def across_from(values: Mapping[str, Any], along: Mapping[str, float]) -> dict[str, float]:
+def _across_from(values: Mapping[str, Any], along: Mapping[str, float]) -> dict[str, float]:
     """Return the properties across the axis, MPa: `values`, and defaults that follow from the values along the axis.
 
     The default shear modulus is de Saint-Venant's 1/G = 1/E + (1 + 2ν)/E_T, which is exact for isotropic materials.

@@ -1,4 +1,4 @@
-"""Measured data: the rows of `targets`, and the targets of a study."""
+"""Measured data: the rows of `targets` in a spec, and the targets of a study that are formed from them."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Target(Frozen):
     """The measured mean of the first response at one condition, with its standard deviation over n specimens.
 
     In the shear test, these are the maximum force and the stem diameter. `further` has the other responses by name,
-    `modes` the components of measured curves; `row` is the index in `targets` of the spec.
+    `modes` the modes of measured curves; `row` is the index in `targets` of the spec.
     """
 
     condition: float
@@ -86,12 +86,12 @@ class Target(Frozen):
     row: int = pydantic.Field(default=0, exclude=True, repr=False)
 
     def count_of(self, response: str) -> int | None:
-        """Return the number of specimens of a response, None if unknown."""
+        """Return the number of specimens of a response; None if unknown."""
         own = self.further[response].n if response in self.further else None
         return self.n if own is None else own
 
     def specimens_of(self, response: str) -> str:
-        """Return a common name for the specimens of all responses from the same curves; empty for other responses."""
+        """Return a key for the specimens of a response, the same for all responses of the same curves; else empty."""
         if self.modes is None:
             return ""
         own = isclose(self.response, self.modes.force, rel_tol=1e-4) and self.n == self.modes.specimens
@@ -99,7 +99,7 @@ class Target(Frozen):
         return f"{self.condition:g}" if scored or (own and response == FIRST) else ""
 
     def mean_of(self, response: str) -> tuple[float | None, float | None]:
-        """Return the mean and the standard deviation of a response by name (`FIRST` for the first), or None."""
+        """Return mean and standard deviation of a response by its name (or `FIRST`); None for an unknown value."""
         if response == FIRST:
             return self.response, self.sd
         mean = self.further.get(response)
@@ -107,7 +107,7 @@ class Target(Frozen):
 
 
 class Targets(Frozen):
-    """All targets, and the condition of the calibration: of `invert`, of the specimen, or of the first row."""
+    """All targets, and the condition of the calibration, which is set by `invert`, the specimen or the first row."""
 
     calibrate_at: float
     means: tuple[Target, ...]
@@ -118,15 +118,15 @@ class Targets(Frozen):
 
     @property
     def modes(self) -> dict[float, CurveModes]:
-        """Components of the measured curves, by condition."""
+        """Modes of the measured curves, by condition (`CurveModes`)."""
         return {target.condition: target.modes for target in self.means if target.modes is not None}
 
     def modes_at(self, condition: float) -> CurveModes | None:
-        """Return the components of the curves measured at a condition, or None."""
+        """Return the modes of the curves measured at a condition; None without curves."""
         return next((modes for there, modes in self.modes.items() if isclose(there, condition)), None)
 
     def with_modes(self, modes: Mapping[int, CurveModes], travels: Mapping[int, Mean] = {}) -> Targets:
-        """Return the targets with the results of curves (modes, scores, travels), by the index of their target."""
+        """Return the targets with results of their curves added (modes, scores, travels), by index in `means`."""
         means = list(self.means)
         for index, of_row in modes.items():
             scores = {
@@ -140,7 +140,7 @@ class Targets(Frozen):
 
 
 def named_modes(modes: Iterable[CurveModes]) -> tuple[Variable, ...]:
-    """Return the scores on the modes of curves as responses of a study."""
+    """Return a variable for each score on a mode of the curves; the scores are responses of the study."""
     count = max((len(each.weights) for each in modes), default=0)
     return tuple(
         Variable(f"curve_{j}", f"Score on the {which} curve mode", f"c{j}", "N", apart=True)

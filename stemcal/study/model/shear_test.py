@@ -1,4 +1,4 @@
-"""The virtual shear test: stem, blade, supports, and what they are made of."""
+"""Sections of the virtual shear test in a spec: specimen, blade, supports, loading, machine, contact, material."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, Literal, Self
@@ -95,7 +95,7 @@ class SupportsSection(Frozen):
 
     @property
     def keys_in_use(self) -> tuple[str, ...]:
-        """The keys besides `kind` that have an effect with this kind of support."""
+        """Keys besides `kind` that have an effect with this kind of support."""
         blocks = ("clearance", "fillet_radius")
         return {"span": blocks, "clamped": ("height",), "counter_edge": (*blocks, "height")}[self.kind]
 
@@ -116,17 +116,17 @@ class LoadingSection(Frozen):
 
     @property
     def chosen_stroke(self) -> Length | None:
-        """The stroke, or None if it follows from `duration`."""
+        """Stroke in the spec, or the default of a whole cut; None if the stroke follows from `duration`."""
         by_default = self.until == "severed" and "duration" not in self.model_fields_set
         return _WHOLE_STROKE if by_default and self.stroke is None else self.stroke
 
     def duration_at(self, diameter: float) -> float:
-        """Return the duration of the motion of the blade at a stem diameter (mm), s."""
+        """Return the duration of the motion of the blade, s, at a stem diameter in mm."""
         stroke = self.chosen_stroke
         return self.duration if stroke is None else (stroke.at(diameter) + GAP) / self.speed
 
     def stroke_at(self, diameter: float) -> float:
-        """Return the travel of the blade after first contact at a stem diameter (mm), mm."""
+        """Return the travel of the blade after first contact, mm, at a stem diameter in mm."""
         return self.speed * self.duration_at(diameter) - GAP
 
     def longer(self, times: float) -> Self:
@@ -138,7 +138,7 @@ class LoadingSection(Frozen):
 
     @property
     def written(self) -> dict[str, str]:
-        """The key of the spec that sets the stroke, with its value."""
+        """Key of the spec that sets the stroke, with its value as text."""
         stroke = self.chosen_stroke
         return {"duration": f"{self.duration:.6g} s"} if stroke is None else {"stroke": str(stroke)}
 
@@ -250,7 +250,7 @@ class MaterialSection(Frozen):
     """Properties across the axis of the stem; without this section, the material is isotropic."""
 
     def fixed(self) -> dict[str, float]:
-        """Return the parameters with a fixed value for all stems, by name."""
+        """Return the parameters with the same value at all stem diameters, by name."""
         return {name: value for name in PARAMETERS if isinstance(value := field_or_none(self, name), int | float)}
 
     def growing(self) -> dict[str, Growth]:

@@ -1,8 +1,8 @@
 """The study as data: frozen models, every value in internal units (mm, tonne, s, N, MPa, degrees).
 
 A key of a spec is a field, and its meaning is the docstring below it: the JSON schema, the reference page, the spec
-that `stemcal init` writes, `check` and `explain` all take it from there. Only `Factor` keeps the unit its author chose:
-designs, tables and results show levels in that unit, and `Factor.internal` converts where a solver needs it.
+that `stemcal init` writes, `check` and `explain` all read it there. Only the levels of a `Factor` keep the unit in the
+spec, in which designs, tables and results show them; `Factor.internal` converts a level for the solvers.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class OwnSections(Frozen):
     machine: shear_test.MachineSection = shear_test.MachineSection()
     """The testing machine with which the `curves` of `targets` were measured."""
     goal: GoalSection | None = None
-    """What the study optimises, instead of `targets`."""
+    """Responses to minimise or maximise, instead of `targets`."""
     targets: Targets
     """Measured responses, one row per test and diameter. A study with a `goal` has none."""
 
@@ -76,7 +76,7 @@ class OwnSections(Frozen):
 def _form() -> type[OwnSections]:
     """Return the class of a spec: the sections of `OwnSections`, then the sections of the stages in their order.
 
-    If a stage is part of a study only when the spec has its section, the default of the section is None.
+    For a stage that runs only if the spec has its section, the default of the section is None.
     """
     fields: dict[str, Any] = {}
     for stage in STAGES.built_in:
@@ -100,7 +100,7 @@ else:
 
 
 class Study(StudyForm):
-    """A whole study; `source` (the spec file) and `warnings` are not part of its dump."""
+    """A study, with a field for each section of its spec; the fields below are not part of its dump."""
 
     source: Path = Field(default=Path("study.yaml"), exclude=True)
     warnings: tuple[str, ...] = Field(default=(), exclude=True)
@@ -110,15 +110,15 @@ class Study(StudyForm):
     """Sections of other materials, one standard deviation from the calibrated material of `material.from`."""
     pending: str = Field(default="", exclude=True)
     """The study that must be run before this one; empty if there is none."""
-    _hands: Any = PrivateAttr(default=None)  # the object that lists runs to be done by hand and records their results
+    _manual_runs: Any = PrivateAttr(default=None)  # lists runs that people must perform, and records their results
 
     def ask(self, out: str | Path | None = None) -> list[dict[str, Any]]:
         """Continue as far as the results allow; return the runs without results (an empty list at the end).
 
-        For a study with ``solver: {kind: sheet}``. Each run is a row of the sheet: values by column name, None for the
-        results that `tell` records. The study folder `out` is by default ``runs/<study name>``.
+        The study must have ``solver: {kind: sheet}``. Each run is a row of the sheet: values by column name, None for
+        the results that `tell` records. The study folder `out` is by default ``runs/<study name>``.
         """
-        runs: list[dict[str, Any]] = self._theirs().ask(self, out)
+        runs: list[dict[str, Any]] = self._required_manual_runs().ask(self, out)
         return runs
 
     def tell(self, rows: Sequence[Mapping[str, Any]], out: str | Path | None = None, *, replace: str = "") -> int:
@@ -128,12 +128,12 @@ class Study(StudyForm):
         `replace` is the reason for replacing earlier results, without which such rows are refused. Raises `UsageError`
         with every refused row; all other rows are recorded.
         """
-        return int(self._theirs().tell(self, rows, out, replace=replace))
+        return int(self._required_manual_runs().tell(self, rows, out, replace=replace))
 
-    def _theirs(self) -> Any:
-        if self._hands is None:
+    def _required_manual_runs(self) -> Any:
+        if self._manual_runs is None:
             raise TypeError("`ask` and `tell` require a study from `stemcal.load_study`")
-        return self._hands
+        return self._manual_runs
 
     def __repr__(self) -> str:
         measured = counted(len(self.targets.means), "target") if self.goal is None else "a goal"
@@ -143,7 +143,7 @@ class Study(StudyForm):
 
     @property
     def kind(self) -> SolverKind:
-        """Kind of the solver, which has its capabilities."""
+        """Kind of the solver, which declares the capabilities of the solver."""
         return kind_of(self.solver)
 
     @cached_property
@@ -156,23 +156,23 @@ class Study(StudyForm):
 
     @property
     def own_further(self) -> tuple[str, ...]:
-        """Names of further responses that are not from the cutting test, and of further responses of the goal."""
+        """Names of the further responses of a program, laboratory tests or curves, and of those of the goal."""
         goal = () if self.goal is None else self.goal.responses[1:]
         return tuple(dict.fromkeys((*(named.name for named in self.naming.others), *goal)))
 
     def of(self, kind: type[F]) -> F:
-        """Return the section of a stage by its class; a section of defaults if the spec has none."""
+        """Return the section of a stage by its class; all keys have their defaults if the spec has no such section."""
         return self.section(kind) or kind()
 
     def section(self, kind: type[F]) -> F | None:
-        """Return the section of a stage by its class; None for a stage that is omitted because it has no section."""
+        """Return the section of a stage by its class; None if the stage is omitted because the spec has no section."""
         if (name := FIELDS.get(kind)) is None:
             return next((section for section in self.further.values() if isinstance(section, kind)), None)
         section: F | None = getattr(self, name)
         return section
 
     def test_of(self, response: str) -> str:
-        """Return the name of the laboratory test to which a response (by its name in the study) refers, or empty."""
+        """Return the name of the laboratory test that measures a response (its name in the study), otherwise empty."""
         names = (test.name for test in self.tests if response in map(test.called, test.measured))
         return next(names, "")
 
@@ -203,23 +203,23 @@ class Study(StudyForm):
         return {factor.name: factor.centre for factor in self.factors}
 
     def in_material(self, number: int) -> Study:
-        """Return the study in another of its `materials`, numbered from 1."""
+        """Return the study with one of its other `materials`, numbered from 1."""
         return self.model_copy(update=self.materials[number - 1])
 
     def parameters(self, levels: Mapping[str, float], condition: float | None = None) -> dict[str, float]:
         """Return the nine material parameters in internal units; factors without a level are at mid-level.
 
-        Parameters that depend on the diameter have their value at `condition`, by default the calibration diameter.
+        Parameters that depend on the diameter are evaluated at `condition`, by default the calibration diameter.
         """
         chosen, diameter = self._internal(levels), self.targets.calibrate_at if condition is None else condition
         varied = {name: value for name, value in chosen.items() if name in PARAMETERS}
         for name, growth in self.material.growing().items():
-            varied[name] = growth.given_at(diameter, varied.get(name), chosen)
+            varied[name] = growth.parameter_at(diameter, varied.get(name), chosen)
         innermost = own_values(self.layers[-1], diameter, chosen) if self.layers else {}
         return {**innermost, **self.material.fixed(), **varied, **(NO_RATE if self.solver.rate == "none" else {})}
 
     def at(self, levels: Mapping[str, float]) -> Study:
-        """Return the study in which levels of factors replace settings of the test and the stem friction."""
+        """Return the study in which the levels of factors replace its settings of the test and its stem friction."""
         chosen = self._internal(levels) if self.kind.parameters else {}
         study = self.with_settings({name: value for name, value in chosen.items() if name in self.kind.parameters})
         if (friction := chosen.get(FRICTION)) is None:
@@ -228,7 +228,7 @@ class Study(StudyForm):
         return study.model_copy(update={"contact": study.contact.model_copy(update=contact)})
 
     def with_settings(self, values: Mapping[str, float]) -> Study:
-        """Return the study with other values of settings of the test (internal units); other names are ignored."""
+        """Return the study with new values (internal units) of settings of the test; all other names are ignored."""
         changes: dict[str, dict[str, float]] = {}
         for name in values.keys() & SETTINGS.keys():
             changes.setdefault(SETTINGS[name].section, {})[name] = values[name]
@@ -236,12 +236,12 @@ class Study(StudyForm):
         return self.model_copy(update=sections) if sections else self
 
     def stem_at(self, levels: Mapping[str, float], condition: float) -> float:
-        """Return the diameter of the stem, mm: the level of the factor `outer_diameter`, or else the condition."""
+        """Return the diameter of the stem, mm: the level of the factor `outer_diameter`; without it, `condition`."""
         is_factor = "outer_diameter" in self.names and bool(self.kind.parameters)
         return self._internal(levels)["outer_diameter"] if is_factor else condition
 
     def cut_as(self, test: LaboratorySection, diameter: float) -> Study:
-        """Return the study with a further cutting test instead of its own, at a stem diameter in mm."""
+        """Return the study whose cutting test is replaced by a further one, at a stem diameter in mm."""
         loading = self.loading
         speed = test.speed if "speed" in test.model_fields_set else loading.speed
         travel = shear_test.GAP + (test.stroke_at(diameter) or loading.stroke_at(diameter))
@@ -250,13 +250,13 @@ class Study(StudyForm):
 
     @property
     def there(self) -> Study:
-        """The study in the other model in which a stage simulates it; this study if there is none."""
+        """The study with the solver of `refine.in`, with which `refine` simulates; this study if there is none."""
         seen = (stage.seen(self) for stage in STAGES.built_in)
         return next((study for study in seen if study is not self), self)
 
     @property
     def by_hand(self) -> Study:
-        """The study whose runs people perform: `there` if only the runs in the other model are manual, else `self`."""
+        """The study whose runs people perform: `there` if only runs with the solver of `refine.in` are manual."""
         there = self.there
         people = [study.kind.answers == "asks_people" for study in (self, there)]
         return there if people == [False, True] else self
@@ -273,7 +273,7 @@ class Study(StudyForm):
 
     @property
     def joint_targets(self) -> tuple[Target, ...]:
-        """Targets of a fit to several means, or to one mean with priors; empty for a fit to one force."""
+        """Targets of a fit to several means, or to one mean and prior distributions; empty for a fit to one force."""
         return self._fitted[0]
 
     @property

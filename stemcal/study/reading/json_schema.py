@@ -1,4 +1,4 @@
-"""The JSON schema of a spec, for editors and to look up keys and their meanings."""
+"""The JSON schema of a spec, with which editors check specs, and stemcal looks up keys and their meanings."""
 
 import ast
 import functools
@@ -47,7 +47,7 @@ def json_schema() -> dict[str, Any]:
 
 
 class _Described(GenerateJsonSchema):
-    """Adds the docstring of each field to the schema; pydantic's own option would read the sources in every command."""
+    """Adds the docstring of each field to the schema; pydantic's own option would read all sources in every command."""
 
     def model_schema(self, schema: core_schema.ModelSchema) -> dict[str, Any]:
         """Return the schema of a class with the descriptions of its keys."""
@@ -84,7 +84,7 @@ def section_places() -> dict[str, str]:
         of_section.setdefault(place, []).extend(step[1:] for step in path if step[0] == "=")
     place_of_class = {}
     for name, sections in uses.items():
-        # the section with the most keys of this class, preferably no list: `material`, not `layers[]`, for `Growth`
+        # choose the section with most keys of this class, preferably no list: for `Growth`, `material` not `layers[]`
         above, places = max(sections.items(), key=lambda section: (not section[0].endswith("]"), len(section[1])))
         (place, kinds), *others = places.items()
         place = f"{above}.*" if others and above else place
@@ -94,7 +94,7 @@ def section_places() -> dict[str, str]:
 
 @functools.cache
 def _classes() -> tuple[tuple[tuple[str, ...], str], ...]:
-    """Return (path, class name) of each class in a spec; in paths, [] is a list entry, =x the kind x, * any name."""
+    """Return (path, class name) of each class in a spec; in a path, [] is any list entry, =x the kind x, * any name."""
     return tuple(entry for key, node in json_schema()["properties"].items() for entry in _below(node, (key,)))
 
 
@@ -113,7 +113,7 @@ def _below(node: dict[str, Any], path: tuple[str, ...]) -> Iterator[tuple[tuple[
 
 
 def _properties(path: NodePath) -> dict[str, Any]:
-    """Return the schemas of the keys at `path`, by key. The path of a key of `solver` contains the kind of solver."""
+    """Return the schemas of the keys below `path`, by key; the path of a solver has its kind, ("solver", "deck")."""
     if not path:
         return dict(json_schema()["properties"])
     steps = ["[]" if isinstance(step, int) else step for step in path]
@@ -126,7 +126,7 @@ def _properties(path: NodePath) -> dict[str, Any]:
 
 
 def keys_of(path: NodePath) -> tuple[str, ...]:
-    """Return the keys that the schema has at `path`."""
+    """Return the keys that the schema has below `path`."""
     return tuple(_properties(path))
 
 

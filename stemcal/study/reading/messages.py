@@ -74,7 +74,7 @@ def _wrong_kind(value: Any, wanted: str, remedy: str) -> tuple[str, str]:
 
 def _unknown_key(path: NodePath, shown_path: NodePath) -> Finding:
     key = str(path[-1])
-    known = keys_of(shown_path[:-1]) or keys_of(path[:-1])  # a wrong `kind` is not in the schema
+    known = keys_of(shown_path[:-1]) or keys_of(path[:-1])  # `shown_path` is not in the schema if `kind` is wrong
     near = nearest(key, known)
     section = None if key == "kind" else section_with(key)  # a `kind` cannot be moved to another section
     if near:
@@ -112,7 +112,7 @@ def _show(value: Any) -> str:
 def checked(kind: Any, value: object, name: str) -> Any:
     """Validate a value from Python or the command line, such as ``"8 mm"``, by a type of the model, such as `Size`.
 
-    Raises `UsageError`, with `name` for the value, if it is invalid.
+    Raises `UsageError` if the value is invalid; the message calls the value `name`.
     """
     try:
         return TypeAdapter(kind).validate_python(value)

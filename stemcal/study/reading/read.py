@@ -40,7 +40,7 @@ def load_study(path: str | Path, **changes: object) -> Study:
 
 
 def read_study(content: bytes, path: Path, changes: Mapping[str, object] | None = None) -> Study:
-    """Return the study in `content`, with `changes`; `path` is the spec in messages, and files are relative to it."""
+    """Return the study in `content`, with `changes`; messages show `path`, and files are relative to its folder."""
     document = read_yaml(content)
     document.data = _changed(document.data, changes or {})
     problems = [_problem(path, document, place, finding) for place, finding in document.problems]
@@ -112,7 +112,7 @@ def _shown(path: NodePath, data: Any) -> str:
 
 
 def broken_rules(draft: Draft) -> list[Finding]:
-    """Return the mistakes found in `draft` by all rules: of its values, of its solver and of its stages."""
+    """Return the mistakes that all rules find in `draft`: general rules, and those of its solver and its stages."""
     solver = field_or_none(draft.study, "solver")
     broken = [rule(draft) for rule in (*factors.RULES, *layers.RULES, *target_rules.RULES, *goal.RULES)]
     broken += [] if solver is None else [rule(draft, solver) for rule in draft.kind.rules]
@@ -128,8 +128,8 @@ def broken_rules(draft: Draft) -> list[Finding]:
 def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
     """Return the text of a spec with other rows of `targets` for some tests; the rest of the text is unchanged.
 
-    `rows` has the new rows (YAML or comments) by the name of the test, "" for the main test. Comments between the
-    present rows are lost.
+    `rows` has the new rows (YAML or comments) by the name of the test, "" for the main test. Comments between the old
+    rows are lost.
     """
     line_end = "\r\n" if "\r\n" in text else "\n"
     new = [row if row.startswith("#") else f"- {row}" for of_test in rows.values() for row in of_test]
@@ -149,7 +149,7 @@ def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
 
 
 def _end(node: yaml.Node) -> int:
-    """Return the index at the end of a node; in block style the end of its last entry, before comments below it."""
+    """Return the index of a node's end in the text: in block style that of its last entry, before later comments."""
     if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
         last = node.value[-1]
         return _end(last[1] if isinstance(last, tuple) else last)

@@ -1,4 +1,4 @@
-"""Reading of a spec section by section: the valid values of each section, and the mistakes in it."""
+"""Reading of a spec section by section: the valid values and the mistakes of each section."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Sections:
 
     @property
     def context(self) -> dict[str, Any]:
-        """The validation context for the types of the model; `measured` is None while the responses are unknown."""
+        """Context for pydantic's validation of the sections; `measured` is None while the responses are unknown."""
         targets, measured = self.good.get("targets"), None
         if _complete(targets):
             measured = {self.naming.response.name, *(name for target in targets.means for name in target.further)}
@@ -88,7 +88,7 @@ class Sections:
             self.good[name] = _adapter(name).validate_python(raw, context=self.context)
         except ValidationError as error:
             self._find(error, (spelled(name),), reported)
-            if (rest := _partly(_kind(name), raw, self.context)) is not None:  # for the rules
+            if (rest := _partly(_kind(name), raw, self.context)) is not None:  # the rules can check the valid keys
                 self.good[name] = rest
 
     def read_further(self) -> None:
@@ -145,7 +145,7 @@ class Sections:
             self.good |= {**borrowed.sections, "materials": tuple(borrowed.others), "pending": borrowed.pending}
 
     def read_goal(self, name: str, raw: Any) -> None:
-        """Read the goal; add the responses of the cutting test that it names to the responses of the study."""
+        """Read the goal; add the responses of the cutting test in the goal to the responses of the study."""
         keys = [key for value in raw.values() for key in value] if isinstance(raw, dict) else []
         self.naming = self.naming.measuring(list(map(str, keys))) if self.naming.is_cutting else self.naming
         self.read(name, raw)
@@ -199,7 +199,7 @@ class Sections:
             self.good["targets"] = with_tests(targets, tests)
 
     def fit_all_responses(self) -> None:
-        """Make all measured responses the fitted ones in sections of stages, unless the spec has a key `responses`."""
+        """Set the fitted responses of all stages to all measured ones, unless a stage's section has `responses`."""
         targets = self.good.get("targets")
         if not _complete(targets) or self.chosen("responses") is not None:
             return
@@ -209,17 +209,17 @@ class Sections:
                 self.good[name] = self.good[name].model_copy(update={"responses": measured})
 
     def _find(self, error: ValidationError, section: NodePath, reported: Collection[NodePath] = ()) -> None:
-        """Add pydantic's errors in a section to the findings, except errors at paths in `reported`."""
+        """Add pydantic's errors in a section to the findings, except those at the paths `reported`."""
         for entry in error.errors(include_url=False):
             if entry["type"] == "too_short" and isinstance(entry["input"], list) and entry["input"]:
                 continue  # pydantic counts only the valid entries of the list; the invalid ones are reported
-            # `FIRST` is the key that stands for a single `solver.result`
+            # a single `solver.result` is read as a mapping with the key `FIRST`, which the spec does not have
             path = (*section, *(step for step in entry["loc"] if step != FIRST))
             if path not in reported:
                 self.findings.append(finding_of(entry, path, _with_kinds(path, self.data)))
 
     def chosen(self, key: str) -> Any:
-        """Return the value of a key in the sections of stages; None if none has it."""
+        """Return the value of a key from the first section of a stage that has the key; None if there is none."""
         sections = (self.data.get(spelled(name)) for name in FIELDS.values())
         return next((section[key] for section in sections if isinstance(section, dict) and key in section), None)
 
@@ -237,7 +237,7 @@ def _complete(targets: Targets | None) -> TypeGuard[Targets]:
 
 
 def spelled(name: str) -> str:
-    """Return the key of a section in a spec."""
+    """Return the key of a section in a spec; it differs from the field name if pydantic reserves the name."""
     return str(StudyForm.model_fields[name].validation_alias or name)
 
 
@@ -251,7 +251,7 @@ def _adapter(section: str) -> TypeAdapter[Any]:
 
 
 def _with_kinds(path: NodePath, data: Any) -> NodePath:
-    """Return the path with the kinds of the solver and tests on it inserted, as in the JSON schema."""
+    """Return the path of a key with the kind of its solver or test inserted, as in the JSON schema."""
     steps: list[str | int] = []
     for step in path:
         try:
@@ -260,7 +260,7 @@ def _with_kinds(path: NodePath, data: Any) -> NodePath:
             data = None
         kind = data.get("kind", usual_solver().kind if step == "solver" else None) if isinstance(data, dict) else None
         steps.append(step)
-        if isinstance(kind, str) and not keys_of(tuple(steps)):  # the keys depend on the kind
+        if isinstance(kind, str) and not keys_of(tuple(steps)):  # no keys without a kind: the keys depend on the kind
             steps.append(kind)
     return tuple(steps)
 
@@ -272,7 +272,7 @@ def _partly(kind: Any, raw: Any, context: Mapping[str, Any]) -> Any:
     if "kind" in (fields := kind.model_fields) and raw.get("kind", fields["kind"].default) not in get_args(
         fields["kind"].annotation
     ):
-        return None  # a solver of another kind
+        return None  # `kind` is that of another solver, with other keys
     wrong = {step for error in _errors(kind, raw, context) for step in error["loc"][:1]}
     good = {key: value for key, value in raw.items() if key not in wrong}
     if _errors(kind, good, context):

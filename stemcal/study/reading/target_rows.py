@@ -27,11 +27,11 @@ from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import DIAMETER, FORCE, NOWHERE, Variable, Vocabulary
 
 _MOST_NAMES, _MOST_ROWS = 10, 1000
-_WHOLE = CurveOptions(preload=0.0)  # the preload is located after smoothing, because noise exceeds it too early
+_WHOLE = CurveOptions(preload=0.0)  # the preload is applied after smoothing, because noise exceeds it too early
 
 
 def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[list[Curve], list[Finding]]:
-    """Return the smoothed curves of all files in the folder of the spec that match patterns, and the mistakes."""
+    """Return the smoothed curves in all files that match the patterns in the folder of the spec, and the mistakes."""
     read: list[Curve] = []
     wrong: list[Finding] = []
     files: dict[Path, None] = {}
@@ -114,7 +114,7 @@ class TargetRows:
                 self.of_tests.setdefault(str(test), []).append(means)
 
     def _read_main(self, index: int, row: Mapping[str, Any]) -> None:
-        """Read a row of the main test; keep the valid values of an invalid row for the rules."""
+        """Read a row of the main test; of an invalid row, keep the valid values, which the rules can check."""
         naming = self.naming
         entry = _Row(row, ("targets", index), naming, self.findings)
         first = naming.response.name
@@ -133,7 +133,7 @@ class TargetRows:
         self.means.append(target)
 
     def _with_curves(self, index: int, row: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return a row; if it has no force, with force, standard deviation and number of specimens of its curves."""
+        """Return a row; if it has curves but no force, add force, standard deviation and number of specimens."""
         patterns = row.get("curves")
         patterns = [patterns] if isinstance(patterns, str) else patterns
         if not isinstance(patterns, list) or not patterns or not all(isinstance(name, str) for name in patterns):
@@ -173,9 +173,9 @@ class TargetRows:
         return targets
 
     def calibrated_at(self, chosen: Any, outer_diameter: float | None) -> float | None:
-        """Return the condition of the calibration, if it has a row; otherwise the condition of the first row.
+        """Return the condition of the calibration: the first of the `chosen` ones, or the diameter of the specimen.
 
-        It is the first of the `chosen` conditions in `invert`, or else the diameter of the specimen.
+        If no row has this condition, return the condition of the first row.
         """
         measured = [target.condition for target in self.means if has_fields(target, "condition")]
         wanted = outer_diameter if self.naming.condition == DIAMETER else None
@@ -193,7 +193,7 @@ class _Row:
 
     def __init__(self, row: Mapping[str, Any], path: NodePath, naming: Vocabulary, findings: list[Finding]) -> None:
         self.row, self.path, self.findings, self.wrong = row, path, findings, False
-        self.with_units = naming.is_cutting or "test" in row  # otherwise a number has the declared unit
+        self.with_units = naming.is_cutting or "test" in row  # in other studies, a plain number has the declared unit
         present = [response for response in naming.responses if response.name in row]
         scatters = self._scatters(present, naming)
         self.scatter_is_wrong = self.wrong
@@ -271,7 +271,7 @@ class _Row:
                 remedy = did_you_mean(str(key), known)
                 if not self.with_units and naming.condition is None:
                     remedy += f", or declare the condition with `conditions: [{{name: {str(key)[:60]}, unit: …}}]`"
-                    self.condition = None  # unknown, so that no rule compares the rows
+                    self.condition = None  # with an unknown condition, no rule compares the rows
                 self._find((key,), f"unknown key {str(key)[:60]!r}", remedy, at_key=True)
 
     def _find(self, key: tuple[str, ...], message: str, remedy: str, at_key: bool = False) -> None:
@@ -282,7 +282,7 @@ class _Row:
 def _value(
     raw: Any, named: Variable, with_units: bool, above: float | None = None, at_least: float = -LARGEST
 ) -> float:
-    """Return a value in the unit of `named`; without `with_units`, a number is already in this unit."""
+    """Return a value in the unit of `named`. If `with_units`, `raw` must have a unit; otherwise numbers are allowed."""
     if with_units:
         bounds = {"above": above} if above is not None else {}
         kind = Quantity(units.parse_unit(named.unit).dimension, at_least=at_least, unit=named.unit, **bounds)

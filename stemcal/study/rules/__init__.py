@@ -1,4 +1,4 @@
-"""Rules across a spec: functions that yield the mistakes in a `Draft`; `plausible` finds probable mistakes."""
+"""Rules that concern several keys of a spec: functions that yield mistakes in a `Draft`; `plausible`: probable ones."""
 
 from dataclasses import dataclass, field
 
@@ -20,7 +20,7 @@ class Draft:
     """A study in which invalid sections and fields are missing.
 
     A rule that reads a missing section or field ends with the exception `Missing` (see `reading.read`). `factors` and
-    `tests` are the valid factors and tests by their index in the spec; `names` has those of invalid factors too.
+    `tests` are the valid factors and tests by their index in the spec; `names` contains the names of all factors.
     """
 
     study: Study
@@ -35,12 +35,12 @@ class Draft:
 
     @property
     def layers(self) -> tuple[LayerSection, ...]:
-        """The layers of the stem; empty if the section is invalid."""
+        """Layers of the stem; empty if the section is invalid."""
         return field_or_none(self.study, "layers") or ()
 
     @property
     def places(self) -> dict[str, Place]:
-        """The possible parameters with their places in the spec, by their names as factors."""
+        """All parameters that the solver has, with their places in the spec, by their names as factors."""
         material = field_or_none(self.study, "material")
         if self.kind.has_layers:
             return places(material, self.layers)
@@ -48,7 +48,7 @@ class Draft:
 
     @property
     def growing(self) -> dict[str, Growth]:
-        """The parameters that are powers of the diameter, by their names as factors."""
+        """Parameters that are powers of the diameter, by their names as factors."""
         growing = self.study.material.growing()
         for layer in self.layers:
             growing |= {f"{layer.name}_{name}": growth for name, growth in layer.growing().items()}
@@ -58,7 +58,7 @@ class Draft:
 
     @property
     def diameters(self) -> dict[NodePath, float]:
-        """All stem diameters in the spec, mm, by their place."""
+        """All stem diameters in the spec, mm, by their place in the spec."""
         sizes: dict[NodePath, float] = {}
         if specimen := field_or_none(self.study, "specimen"):
             sizes["specimen", "outer_diameter"] = specimen.outer_diameter
@@ -71,6 +71,6 @@ class Draft:
         return sizes
 
     def unknown_factor(self, path: NodePath, name: str, at_key: bool = True) -> Finding:
-        """Return the finding for the name of an unknown factor; with `at_key`, the name is a key of the spec."""
+        """Return the finding for the name of an unknown factor; `at_key`: the name is a key, not a value."""
         message = f"{name[:60]!r} is not a factor of this study"
         return Finding(path, message, did_you_mean(name, self.names), at_key)

@@ -16,8 +16,8 @@ from stemcal.study.types.factor import EMBEDDED, FRICTION, PARAMETERS, SETTINGS,
 from stemcal.study.types.field_types import Length, field_or_none, has_fields
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
-_WIDEST = 1000.0  # largest diameter of a stem, mm
-RATE = ("strain_rate_c", "strain_rate_p")
+_WIDEST = 1000.0  # largest plausible diameter of a stem, mm
+_RATE = ("strain_rate_c", "strain_rate_p")
 _OF_LAYERS = (*PARAMETERS, "thickness")
 
 
@@ -91,19 +91,19 @@ def _factors_are_known(draft: Draft) -> Iterator[Finding]:
 
 
 def _may_be_of_wrong_section(draft: Draft, name: str) -> bool:
-    """Check for an invalid section that may define the parameter; its mistakes are reported already."""
+    """Check that an invalid section, whose mistakes are already reported, may define the parameter."""
     material = field_or_none(draft.study, "material")
     across = material is None or not has_fields(material, "transverse")
     return not has_fields(draft.study, "layers") or (across and "transverse_" in name)
 
 
 def _values_are_physical(draft: Draft) -> Iterator[Finding]:
-    """Levels and fixed values, at every diameter of the study, are within the physical limits of the parameter."""
+    """Check levels and fixed values against the physical limits of the parameter, at every diameter of the study."""
     for name, place in draft.places.items() if draft.kind.parameters else ():
         parameter, reported = place.parameter, set[NodePath]()
         for path, value in possible_values(draft, name):
             if isinstance(value, Relative):
-                continue  # ratios are above 0 already
+                continue  # a ratio was already checked to be above 0
             shown = units.from_internal(value, parameter.unit)
             if path not in reported and (wrong := parameter.outside(shown)):
                 reported.add(path)
@@ -116,7 +116,7 @@ def _values_are_physical(draft: Draft) -> Iterator[Finding]:
 
 
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
-    """Yield the mistakes in levels (units of the spec) and a diameter (mm) from outside a spec, such as an option."""
+    """Yield the mistakes in levels (units of the spec) and a diameter (mm) from the command line or from Python."""
     if study.pending:
         yield study.pending
     if not study.kind.parameters:
@@ -150,7 +150,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
         yield "`tangent_modulus` must be below `elastic_modulus`; reduce `tangent_modulus`"
 
 
-def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
+def _material_is_set_once(draft: Draft) -> Iterator[Finding]:
     for name, place in draft.places.items():
         value = place.value
         if name in draft.names and value is not None and not (isinstance(value, Growth) and value.value is None):
@@ -161,7 +161,7 @@ def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
             yield Finding(place.path, f"{name} has no value for the reference diameter", remedy, at_key=True)
 
 
-def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
+def _settings_are_set_once(draft: Draft) -> Iterator[Finding]:
     for name in settings_varied(draft):
         section = field_or_none(draft.study, SETTINGS[name].section)
         if section is not None and name in section.model_fields_set:
@@ -183,7 +183,7 @@ def settings_varied(draft: Draft) -> dict[str, int]:
 
 
 def extremes_of(study: Study, factors: Iterable[Factor], name: str) -> list[float]:
-    """Return the extreme values of a setting of the test, internal units: of its factor, or else of its section."""
+    """Return the limits of a setting of the test if it is a factor, otherwise its value; internal units."""
     setting = SETTINGS[name]
     varied = [each for each in factors if each.name == name and units.fits(each.unit, setting.parameter.dimension)]
     levels = [each.internal(end) for each in varied for end in (each.low, each.high) if study.kind.parameters]
@@ -210,7 +210,7 @@ def _rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
     places |= {place.path: name for name, place in draft.places.items() if place.value is not None}
     for path, name in places.items():
-        if name.endswith(RATE):
+        if name.endswith(_RATE):
             remedy = "remove the parameter, or choose another `solver.rate_law`"
             yield Finding(path, f"{name} has no effect with `rate_law: none`", remedy)
 
@@ -219,16 +219,16 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
     if not draft.kind.parameters or not draft.names or draft.study.material.from_ is not None:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names if name not in SETTINGS}
-    wrong = {name for name in PARAMETERS if not has_fields(draft.study.material, name)}  # reported elsewhere
+    wrong = {name for name in PARAMETERS if not has_fields(draft.study.material, name)}  # already reported
     defined = {*draft.study.material.fixed(), *draft.growing, *wrong, *draft.names, *meant}
-    defined |= set(RATE if draft.study.solver.rate == "none" else ())
+    defined |= set(_RATE if draft.study.solver.rate == "none" else ())
     for name, parameter in PARAMETERS.items():
         in_layers = [getattr(each, name) is not None or f"{each.name}_{name}" in draft.names for each in draft.layers]
         if name in defined or (in_layers and all(in_layers)):
             continue
         message = f"the {draft.study.solver.title} solver requires `{name}` (usual range: {parameter.usual})"
         remedy = "set the parameter in the `material` section, or add the parameter to `factors`"
-        if name in RATE and draft.study.solver.rate is not None:
+        if name in _RATE and draft.study.solver.rate is not None:
             remedy = f"{remedy}; to neglect strain-rate effects, write `rate_law: none` in the `solver` section"
         yield Finding(("material",), message, remedy)
 
@@ -251,7 +251,7 @@ def _tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
 def values_in(
     draft: Draft, layer: LayerSection | None, name: str, diameter: float | None = None
 ) -> list[tuple[NodePath, Any]]:
-    """Return the possible values of a parameter in a layer, by default those of the `material` section."""
+    """Return the possible values of a parameter in a layer with their places; without any, those of the whole stem."""
     own = [] if layer is None else [*possible_values(draft, f"{layer.name}_{name}", diameter)]
     return own or [*possible_values(draft, name, diameter)]
 
@@ -283,7 +283,7 @@ def _growing(draft: Draft) -> Mapping[str, Growth]:
 
 
 def _reached(draft: Draft, name: str, diameter: float | None = None) -> list[float]:
-    """Return the values of a growing parameter, internal units, at the extreme levels of its factors and diameters."""
+    """Return the values (internal units) of a `Growth` at the limits of its factors and all diameters of the study."""
     growth, at = draft.growing[name], {factor.name: factor for factor in draft.factors.values()}
     if name in at and not _unit_fits(draft, at[name]):
         return []
@@ -297,7 +297,7 @@ def _reached(draft: Draft, name: str, diameter: float | None = None) -> list[flo
     if name not in at and growth.value is None:
         return []
     diameters = [diameter] if diameter else draft.diameters.values()
-    return [growth.given_at(d, level, chosen) for d in diameters for level in levels for chosen in exponents]
+    return [growth.parameter_at(d, level, chosen) for d in diameters for level in levels for chosen in exponents]
 
 
 def _unit_fits(draft: Draft, factor: Factor) -> bool:
@@ -329,7 +329,7 @@ def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
 
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-    _names_differ, _ranges_rise, _priors_fit, _factors_are_known, _values_are_physical, _material_is_given_once,
-    _sections_are_given_once, _settings_act, _rate_parameters_are_used, _material_is_complete,
+    _names_differ, _ranges_rise, _priors_fit, _factors_are_known, _values_are_physical, _material_is_set_once,
+    _settings_are_set_once, _settings_act, _rate_parameters_are_used, _material_is_complete,
     _exponents_are_factors, _tangent_stays_below_elastic,
 )  # fmt: skip

@@ -16,7 +16,7 @@ from stemcal.study.rules.factors import extremes_of, possible_values, values_in
 from stemcal.study.types.factor import PARAMETERS, TRANSVERSE
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
-# Least number of elements through a layer; largest ratio of the scaled mass of an element to its true mass.
+# Minimum number of elements through a layer; maximum ratio of the scaled mass of an element to its true mass.
 _ELEMENTS, _MOST_MASS = 3, 100.0
 
 
@@ -73,7 +73,7 @@ def _factors_act_in_a_layer(draft: Draft) -> Iterator[Finding]:
             yield Finding(("factors", index, "name"), message, remedy)
 
 
-def _bore_is_given_once(draft: Draft) -> Iterator[Finding]:
+def _bore_is_set_once(draft: Draft) -> Iterator[Finding]:
     specimen = draft.study.specimen
     if {"bore", "diameter_ratio"} <= specimen.model_fields_set:
         message = "`diameter_ratio` also sets the bore"
@@ -106,7 +106,7 @@ def _layers_fit_the_wall(draft: Draft) -> Iterator[Finding]:
         covered = all(_is_covered(each, diameter) for each in (size, *(layer.thickness for layer in outer)))
         each = [[*possible_values(draft, f"{layer.name}_thickness", diameter)] for layer in outer] if covered else []
         if not each or not all(each):
-            return  # the missing values are reported by other rules
+            return  # other rules report the missing values
         wall = 0.5 * diameter * (1.0 - max(ratios or [specimen.ratio_at(diameter)]))
         place, most = f"at a diameter of {diameter:g} mm, the", sum(max(mm for _, mm in values) for values in each)
         if most >= wall and not thick:
@@ -125,7 +125,7 @@ def _layers_fit_the_wall(draft: Draft) -> Iterator[Finding]:
 
 
 def _least_thickness(draft: Draft, layer: LayerSection, diameter: float) -> float:
-    """Return the thickness (mm) of a layer whose elements need 100 times their mass for the time step of the solver.
+    """Return the thickness (mm) of a layer at which the solver's time step requires `_MOST_MASS` times the true mass.
 
     The stable time step of an element of size h is h √(ρ/C), with the modulus C of waves, which is at least E.
     """
@@ -167,7 +167,7 @@ def _laws_are_possible(draft: Draft) -> Iterator[Finding]:
 
 
 def _surface(draft: Draft, layer: LayerSection | None, diameter: float) -> Iterator[Finding]:
-    """Hill's yield surface is closed if the yield stress across the axis is below twice that along it."""
+    """Check that Hill's yield surface is closed: the yield stress across the axis is below twice that along it."""
     for path, ratio in _ratios(draft, layer, "yield_stress", diameter)[-1:]:
         if ratio >= 2.0:
             message = f"the yield stress across the axis is {ratio:.3g} times that along the axis"
@@ -176,7 +176,7 @@ def _surface(draft: Draft, layer: LayerSection | None, diameter: float) -> Itera
 
 
 def _stiffness(draft: Draft, layer: LayerSection | None, diameter: float) -> Iterator[Finding]:
-    """The elastic law is positive definite if ν_TT + 2 ν² E_T/E < 1."""
+    """Check that the elastic law is positive definite: ν_TT + 2 ν² E_T/E < 1."""
     axial = max((value for _, value in values_in(draft, layer, "poisson_ratio", diameter)), default=0.0)
     along: tuple[NodePath, float] = ("material",), axial
     path, plane = max(_across(draft, layer, "poisson_ratio", diameter), key=itemgetter(1), default=along)
@@ -191,7 +191,7 @@ def _stiffness(draft: Draft, layer: LayerSection | None, diameter: float) -> Ite
 
 
 def _ratios(draft: Draft, layer: LayerSection | None, name: str, diameter: float) -> list[tuple[NodePath, float]]:
-    """Return the largest ratio of a stress across the axis to the stress along it, as [(place, ratio)], or []."""
+    """Return [(place in the spec, ratio)] of the largest ratio of a stress across the axis to that along it, or []."""
     along = [value for _, value in values_in(draft, layer, name, diameter)]
     each = [
         (path, value.value if isinstance(value, Relative) else value / min(along))
@@ -207,6 +207,6 @@ def _across(draft: Draft, layer: LayerSection | None, name: str, diameter: float
 
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-    _solver_has_layers, _layers_are_complete, _factors_act_in_a_layer, _bore_is_given_once,
+    _solver_has_layers, _layers_are_complete, _factors_act_in_a_layer, _bore_is_set_once,
     _measured_values_cover_the_diameters, _layers_fit_the_wall, _laws_are_possible,
 )  # fmt: skip

@@ -37,21 +37,21 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("solver", "time_limit"): (1, 1e7, "s"),
     ("solver", "time_step"): (1e-6, 1e-3, "s"),
 }
-# Lowest, usual and highest exponent of the cutting force as a power of the diameter; a force is questioned if it
-# differs by more than the factor _FAR from all forces that follow from these exponents.
+# Lowest, usual and highest exponent of the cutting force as a power of the diameter. A measured force is doubtful if it
+# differs by more than the factor _FAR from all forces extrapolated with these exponents from the other targets.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
-# Fewer elements through the wall than _THROUGH are questioned; with a bore ratio above _THIN, fewer than _THROUGH_THIN.
+# Fewer elements through the wall than _THROUGH are doubtful; with a bore ratio above _THIN, fewer than _THROUGH_THIN.
 _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
-# Largest element size, in units of the internal length and of the edge spread.
+# Largest element size relative to the internal length and to the edge spread.
 _RESOLVED = 0.6
-# Largest element size, in units of the blade thickness. At 0.75 the error of the force is below 1 %; at 0.94 the force
+# Largest element size relative to the blade thickness. At 0.75 the error of the force is below 1 %; at 0.94 the force
 # is 5 % too low, at 1.25 it is 11 % too low.
 _OF_BLADE = 0.75
 _MOST_SHEAR = 0.05  # largest share of shear in a deflection
 _LEAST_SCATTER = 3e-4  # smallest plausible ratio of standard deviation to mean
-_SCATTER = 0.15  # a decrease of the force with the diameter below this share may be scatter
+_SCATTER = 0.15  # a force below the expected one by less than this share may be due to scatter
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
-# Largest smoothed strain rate of a cut, in units of speed/diameter; simulations had 3.9 to 5.4 without a rate law.
+# Largest smoothed strain rate of a cut over speed/diameter; it was 3.9 to 5.4 in simulations without a rate law.
 _RATE = 4.0
 _RATIO = (1e-3, 2.0)  # plausible ratio of a stress across the axis to the stress along it
 FALL = "the simulated values decrease by up to 10 % if the element size is reduced by a third"
@@ -82,7 +82,7 @@ def _speeds(study: Study) -> Iterator[Finding]:
 
 
 def _rates(study: Study) -> Iterator[Finding]:
-    """Doubt the law 1 + (ε̇/C)^P if ε̇ approaches C: beyond it, a small correction becomes a large factor."""
+    """Question the law 1 + (ε̇/C)^P if ε̇ approaches C: above C, the factor becomes large and depends on the mesh."""
     if study.solver.rate != "paper":
         return
     least = {factor.name: factor.low for factor in study.factors if factor.name == "strain_rate_c"}
@@ -112,7 +112,7 @@ def _tests(study: Study) -> Iterator[Finding]:
 
 
 def _spans(study: Study) -> Iterator[Finding]:
-    """Doubt a bending span that is too short for a stem with fibres, whose shear modulus is small."""
+    """Question a bending span that is too short for a stem with fibres, whose shear modulus is small."""
     diameter = study.targets.calibrate_at
     stem = layers_at(study, {}, diameter) if study.is_layered else ()
     softness = [law.along["elastic_modulus"] / law.across["shear_modulus"] for law in stem if law.across is not None]
@@ -130,7 +130,7 @@ def _spans(study: Study) -> Iterator[Finding]:
 
 
 def _mesh(study: Study) -> Iterator[Finding]:
-    """Doubt elements too large for the edge spread, the internal length or the blade, and lengths of 0."""
+    """Question elements that are too large for the edge spread, the internal length or the blade, and lengths of 0."""
     mesh = study.solver.mesh
     if mesh is None or not study.solver.has_lengths:
         return
@@ -167,7 +167,7 @@ def _wall(study: Study, mesh: ElementCounts) -> Iterator[Finding]:
         if (ratio := study.specimen.ratio_at(diameter)) == 0.0:
             continue
         wall = 0.5 * diameter * (1.0 - ratio)
-        elements = min(wall / mesh.element_size.at(diameter), 1e300)  # without the limit it may be infinite
+        elements = min(wall / mesh.element_size.at(diameter), 1e300)  # finite even for a tiny element size
         count = mesh.through_wall or max(1, math.ceil(elements - 1e-9))
         if count < (_THROUGH_THIN if ratio > _THIN else _THROUGH):
             message = (
@@ -248,9 +248,9 @@ def _falls(study: Study) -> Iterator[Finding]:
 
 
 def _shortfall(thin: Target, thick: Target) -> float:
-    """Return by how much the force of the thicker stem is too small, beyond its tolerance; 0 if the force increases.
+    """Return the shortfall of the force of the thicker stem minus its tolerance; 0 if the force increases.
 
-    The measure is ln(F expected / F), with F ~ d^1.5 expected; the tolerance is 2 standard errors, at least 15 %.
+    The shortfall is ln(F expected / F), with F ~ d^1.5 expected; the tolerance is 2 standard errors, at least 15 %.
     """
     if thick.response >= thin.response:
         return 0.0

@@ -61,7 +61,7 @@ def _stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
     supports, blade, length = draft.study.supports, draft.study.blade, draft.study.specimen.length
     if supports.kind != "span":
         return
-    if supports.clearance + 0.6 * supports.fillet_radius >= length:  # the ends would slide off steep fillets
+    if supports.clearance + 0.6 * supports.fillet_radius >= length:  # the ends would slide off the fillets
         sizes = f"clearance {supports.clearance:g} mm, fillets {supports.fillet_radius:g} mm"
         message = f"the specimen is only {length:g} mm long, too short for these supports ({sizes})"
         yield Finding(("supports", "clearance"), message, "move the supports closer together or use a longer specimen")
@@ -79,7 +79,7 @@ def _clamp_is_in_place(draft: Draft) -> Iterator[Finding]:
         yield Finding(place, message, remedy, at_key=factor is None)
     if supports.kind == "span":
         return
-    # a blade with one bevel is entirely on the free side of the cut
+    # a blade with one bevel is entirely on the free side of the cut, one with two bevels is centred over the cut
     near = 0.5 * blade.thickness if blade.bevel == "both" else 0.0
     far, knife = blade.thickness - near, supports.kind == "counter_edge"
     if knife and "clearance" not in {*supports.model_fields_set, *draft.names}:
@@ -118,7 +118,7 @@ _OF_SECTIONS = (_stem_reaches_over_supports, _clamp_is_in_place, _edge_fits_blad
 
 
 def _at_ends(rule: Rule) -> Rule:
-    """Return a rule that checks all ends of varied settings; a mistake at some of them is one of that level."""
+    """Apply a rule at all limits of settings that are factors; report a mistake at the limit that causes it."""
 
     def checked(draft: Draft) -> Iterator[Finding]:
         settings, reported = settings_varied(draft), set[NodePath]()
@@ -135,7 +135,7 @@ def _at_ends(rule: Rule) -> Rule:
                 others = ((*ends[:i], _OTHER[end], *ends[i + 1 :]) for i, end in enumerate(ends))
                 causes = [i for i, other in enumerate(others) if path not in at[other]]
                 if not causes:
-                    continue  # two levels cause it; another combination shows one of them
+                    continue  # two limits cause the mistake together; it is reported for one with the other correct
                 place = ("factors", varied[causes[0]][1], end := ends[causes[0]])
                 finding = Finding(place, finding.message, "reduce `high`" if end == "high" else "increase `low`")
             if place not in reported:

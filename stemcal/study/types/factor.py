@@ -1,4 +1,4 @@
-"""Factors, the parameters of the embedded solver, and own responses."""
+"""Factors, the parameters that can be factors with the embedded solver, and responses that a study declares."""
 
 from typing import Annotated, Literal, NamedTuple
 
@@ -23,7 +23,7 @@ class Parameter(NamedTuple):
     """Whether a value without a unit is the ratio to the same parameter along the axis of the stem."""
 
     def outside(self, value: float) -> str | None:
-        """Return the fault of `value` (in `unit`), or None if physics allows it."""
+        """Return the fault of `value` (in `unit`) as text; None if the value is physically possible."""
         if abs(value) > MOST:
             return f"is not between -{MOST:g} and {MOST:g}"
         if value < self.lowest or (value == self.lowest and not self.lowest_allowed):
@@ -72,7 +72,7 @@ _OF_STEM = Parameter("stem friction", "dimensionless", "1", 0, True, 2, True, (0
 
 
 class Setting(NamedTuple):
-    """A setting of the test that can be a factor; the key with the factor's name is in `section`."""
+    """A setting of the test that can be a factor: its `section` in a spec, which has a key with the factor's name."""
 
     section: str
     parameter: Parameter
@@ -150,8 +150,7 @@ class Factor(Frozen):
 
     @property
     def centre(self) -> float:
-        """The mid-level, in `unit`."""
-        # twelve digits, so that the middle of 0.2 and 0.4 is 0.3
+        """Mid-level in `unit`, rounded to twelve digits: the middle of 0.2 and 0.4 is exactly 0.3."""
         return float(f"{0.5 * (self.low + self.high):.12g}")
 
     @property

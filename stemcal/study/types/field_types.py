@@ -82,7 +82,7 @@ def field_or_none(section: object, name: str) -> Any:
 
 @dataclass(frozen=True)
 class OneOf:
-    """Validates a section whose keys depend on its `kind`, called `noun` in messages.
+    """Validates a section whose keys depend on its key `kind`; messages name the kind as `noun`.
 
     With `first_is_usual`, `kind` may be omitted for the first kind unless the keys indicate another kind.
     """
@@ -123,7 +123,7 @@ class OneOf:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number with a unit; value and bounds are in internal units, and errors suggest `unit` or the usual unit."""
+    """Type of a number with a unit: bounds are in internal units; errors suggest `unit`, or the usual unit."""
 
     dimension: str
     above: float = -math.inf
@@ -142,7 +142,7 @@ class Quantity:
         return self.checked(raw, from_yaml=info.context is not None)
 
     def checked(self, raw: Any, from_yaml: bool) -> float:
-        """Return the internal value of `raw` like `read`, outside the validation of a model."""
+        """Return the same as `read`, outside the validation of a model."""
         value = self._parsed(raw, from_yaml)
         unit = units.INTERNAL[self.dimension]
         if not abs(value) <= MOST:
@@ -162,7 +162,7 @@ class Quantity:
                 return units.parse(raw, self.dimension, usual)
             except units.UnitError as error:
                 raise complain(error.message, error.remedy) from None
-        raw = raw.item() if hasattr(raw, "item") else raw  # a scalar of numpy
+        raw = raw.item() if hasattr(raw, "item") else raw  # convert a numpy scalar to a Python number
         if isinstance(raw, bool) or not isinstance(raw, int | float):
             raise complain("the value is not a number with a unit", f'write a value such as "1 {usual}"')
         if from_yaml:
@@ -197,7 +197,7 @@ SpecFile = Annotated[
     BeforeValidator(_resolve_file),
     WithJsonSchema({"type": "string", "description": "Path of a file, relative to the spec."}),
 ]
-"""A file inside the folder of the spec, resolved; it exists when it came from YAML."""
+"""Resolved path of a file inside the folder of the spec; only for a path in YAML, the file is known to exist."""
 
 MOST = 1e30  # largest absolute value of a number, so that its powers do not overflow
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-MOST, le=MOST)]
@@ -276,7 +276,7 @@ class Length:
     divisor: float | None = None
 
     def at(self, condition: float) -> float:
-        """Return the length at the condition of a study, which is the outer diameter of the stem, mm."""
+        """Return the length for a stem whose outer diameter is `condition`, mm."""
         return self.mm if self.divisor is None else condition / self.divisor
 
     def __str__(self) -> str:

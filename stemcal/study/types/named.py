@@ -28,7 +28,7 @@ def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Voc
 
 
 def _named(declared: Any, symbol: str) -> Variable:
-    """Return the variable of a declared quantity; for a declaration equal to force or diameter, the built-in one."""
+    """Return the variable of a declared quantity: the built-in one if the declaration equals force or diameter."""
     for own in (FORCE, DIAMETER):
         if (declared.name, declared.unit, declared.label) == (own.name, own.unit, None):
             return own
@@ -37,7 +37,7 @@ def _named(declared: Any, symbol: str) -> Variable:
 
 
 def quantity(raw: Any, named: Variable) -> float:
-    """Return a number, or a text with a unit, in the unit of `named`; raise the error of `complain` for others."""
+    """Convert a number or a text with a unit to the unit of `named`; raise the error of `complain` for other values."""
     if not isinstance(raw, str):
         if isinstance(raw, bool) or not isinstance(raw, int | float):
             raise complain("the value is not a number", f"write a value such as {named.text(1.0)!r}")
@@ -58,7 +58,7 @@ def quantity(raw: Any, named: Variable) -> float:
 
 
 def as_written(value: float, unit: str) -> float:
-    """Return an internal value in a unit, rounded to 12 digits: 0.25 is 25 %, not 25.000000000000004 %."""
+    """Convert an internal value to a unit, rounded to 12 digits: 0.25 to 25 %, not to 25.000000000000004 %."""
     internal = units.INTERNAL[units.parse_unit(unit).dimension] == units.parse_unit(unit).name
     return value if internal else float(f"{units.from_internal(value, unit):.12g}")
 
@@ -67,7 +67,7 @@ class OwnCondition(Quantity):
     """A value of the condition of a study: the stem diameter, or the condition that the spec declares."""
 
     def read(self, raw: Any, info: core_schema.ValidationInfo) -> float:
-        """Return the value, a diameter in mm; from Python any number, because the declared condition is unknown."""
+        """Return the value (a diameter in mm). From Python, any number is valid: the declared condition is unknown."""
         if info.context is None and isinstance(raw, int | float) and abs(raw) <= MOST:
             return float(raw)
         naming: Vocabulary = (info.context or {}).get("naming", CUTTING)
@@ -80,7 +80,7 @@ class OwnCondition(Quantity):
 
 
 def responses_by_name(raw: Any, info: ValidationInfo) -> Any:
-    """Return the names of a list of responses, with `FIRST` for the first response; ``all`` are all measured ones."""
+    """Return the names in a list of responses, with `FIRST` for the first one; ``all`` means all measured responses."""
     if info.context is None:
         return raw
     naming: Vocabulary = info.context.get("naming", CUTTING)

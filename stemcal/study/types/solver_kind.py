@@ -25,12 +25,12 @@ class SolverOptions(Frozen):
 
     @property
     def title(self) -> str:
-        """The name of the solver in messages."""
+        """Name of the solver in messages."""
         return self.kind
 
     @property
     def program_name(self) -> str:
-        """Name of the program that computes the answers: the external program of a deck, else the solver kind."""
+        """Name of the program that computes the answers: the external program for decks, otherwise the solver kind."""
         return self.kind
 
     @property
@@ -50,12 +50,12 @@ class SolverOptions(Frozen):
 
     @property
     def rate(self) -> str | None:
-        """The law by which speed increases the yield stress; None if the spec does not set it."""
+        """Law by which the strain rate increases the yield stress; None if the spec does not set a law."""
         return None
 
     @property
     def mesh(self) -> ElementCounts | None:
-        """The mesh of the stem, None if the spec does not have it."""
+        """Mesh of the stem; None if the spec does not define it."""
         return None
 
     @property
@@ -64,11 +64,11 @@ class SolverOptions(Frozen):
         return False
 
     def without_curve(self) -> tuple[str, str] | None:
-        """Return the reason for a missing force–travel curve and the remedy; None if a run has one."""
+        """Return (reason, remedy) if runs have no force–travel curve; None if they have one."""
         return f"the {self.title} solver returns no force–travel curve to compare with `curves`", "fit only the force"
 
     def sign_remedy(self, _response: str) -> Remedy:
-        """Return the remedy that reverses the sign of a response of the solver."""
+        """Return the remedy for a response whose sign is wrong."""
         return Remedy("Reverse the sign of the values that the solver returns, then run the study again.")
 
     def chance_remedy(self) -> Remedy:

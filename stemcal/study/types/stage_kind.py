@@ -26,7 +26,7 @@ class StageKind(Checked):
     name         name of the command, the files and the section of the stage
     title        title of the stage
     purpose      purpose of its section in the spec
-    by_section   whether only studies with its section in their spec have the stage
+    by_section   whether the stage runs only if the spec has its section
     """
 
     name: ClassVar[str] = ""
@@ -49,7 +49,7 @@ class StageKind(Checked):
         yield from () if section is None else section.doubts(study)
 
     def completed(self, own: Any, data: Any, folder: Any) -> Any:
-        """Return sections completed with the material of another study, None for a stage that does not do this.
+        """Return sections completed with the material of another study; None for a stage that does not add any.
 
         The function `completed` in the module `material` of the stage receives the sections that were read (`own`),
         the tree of the spec (`data`) and the folder of the spec.
@@ -58,12 +58,12 @@ class StageKind(Checked):
         return None if completed is None else completed(own, data, folder)
 
     def seen(self, study: Any) -> Any:
-        """Return the study that the stage simulates: by `seen` in its module `options`, or the study itself."""
+        """Return the study that the stage simulates: the result of `seen` in its module `options`, else `study`."""
         seen = self._part("options", "seen")
         return study if seen is None else seen(study)
 
     def fits(self, study: Any) -> tuple[tuple[Any, ...], tuple[str, ...]] | None:
-        """Return the targets fitted together (empty for a fit to one force) and the fitted responses, or None."""
+        """Return the targets (none for a fit to one force) and responses that the stage fits; None without a fit."""
         return None
 
     def options(self, study: Any) -> Any:

@@ -20,13 +20,13 @@ from stemcal.storage.encodings import decode
 from stemcal.study.types.units import with_point
 
 MAX_BYTES = 1 << 20
-MAX_PROBLEMS = 100
+_MAX_PROBLEMS = 100
 
 # values of unquoted scalars by the core schema of YAML 1.2
 _INTEGER = re.compile(r"[-+]?[0-9]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
-_LONGEST_INTEGER = 16  # beyond about 2**53 a float is as good, and int() of thousands of digits raises
+_LONGEST_INTEGER = 16  # longer numbers become floats, because int() raises an exception for thousands of digits
 _WORDS: dict[str, bool | None] = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL")),
     **dict.fromkeys(("true", "True", "TRUE"), True),
@@ -48,7 +48,7 @@ _TOP = Position(1, 1)
 
 
 class Finding(NamedTuple):
-    """A mistake at `path` in a spec; with `at_key`, the key itself is the mistake, not its value."""
+    """A mistake at `path` in a spec; with `at_key`, the key itself is wrong, not its value."""
 
     path: NodePath
     message: str
@@ -58,7 +58,7 @@ class Finding(NamedTuple):
 
 @dataclass
 class Document:
-    """The tree of a file, the positions of keys and values, and the errors; `complete` if it was read to the end."""
+    """The tree of a file, the positions of its keys and values, and its errors; `complete` if read to the end."""
 
     data: Any = None
     keys: dict[NodePath, Position] = field(default_factory=dict)
@@ -67,9 +67,9 @@ class Document:
     complete: bool = False
 
     def place(self, path: NodePath, at_key: bool = False) -> Position:
-        """Return the position of the value at `path` (of its key if `at_key` or for lists and mappings).
+        """Return the position of the value at `path`; with `at_key`, or for a list or mapping, that of its key.
 
-        For a path that is not in the file, it is the position of the nearest node above.
+        For a path that is not in the file, return the position of the nearest node above.
         """
         if at_key and path in self.keys:
             return self.keys[path]
@@ -144,7 +144,7 @@ class _Loader(yaml.SafeLoader):
         self._document = document
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """Return the next node; an alias becomes an empty scalar."""
+        """Return the next node; report anchors, tags and aliases (an alias becomes an empty scalar)."""
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
         if isinstance(event, yaml.AliasEvent):
             self._complain(event, f"*{str(event.anchor)[:40]} is an alias", "write the value itself")
@@ -189,7 +189,7 @@ class _Loader(yaml.SafeLoader):
         return content
 
     def _with_points(self, node: yaml.MappingNode, path: NodePath) -> list[tuple[Any, Any]]:
-        """Return the keys and values of a mapping, with numbers that a decimal comma has split in braces rejoined."""
+        """Return the keys and values of a mapping; in braces, join the numbers that YAML split at a decimal comma."""
         pairs: list[tuple[Any, Any]] = []
         for key, value in node.value if node.flow_style else ():
             last = pairs[-1][1] if pairs else None
@@ -211,7 +211,7 @@ class _Loader(yaml.SafeLoader):
 
     def _complain(self, at: yaml.Event | yaml.Node, message: str, remedy: str, path: NodePath = ()) -> None:
         self._document.note(_place(at.start_mark), message, remedy, path)
-        if len(self._document.problems) >= MAX_PROBLEMS:
+        if len(self._document.problems) >= _MAX_PROBLEMS:
             raise _Stopped
 
 

@@ -97,7 +97,7 @@ def from_internal(value: float, unit: str) -> float:
 
 
 def parse(text: str, dimension: str, usual: str = "") -> float:
-    """Return a quantity such as ``"8 mm"`` in internal units; errors suggest the unit `usual`, or the usual unit."""
+    """Return a quantity such as ``"8 mm"`` in internal units; errors suggest `usual`, by default `usual_unit`."""
     usual = usual or usual_unit(dimension)
     match = _QUANTITY.fullmatch(text.strip().replace("−", "-")) if len(text) <= _LONGEST else None
     if match is None:
@@ -132,7 +132,7 @@ def with_unit(number: str, dimension: str, usual: str) -> str:
 
 
 def with_point(text: str) -> str:
-    """Return advice on a decimal comma: 1,500 is to be 1.500, or 1500 if the comma separates thousands."""
+    """Return the correction of a number with a comma: 1.500 for 1,500, or 1500 if the comma separates thousands."""
     point = text.strip().replace(",", ".", 1)[:_LONGEST]
     if not re.fullmatch(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}(?![0-9]).*", text.strip()):
         return point
@@ -140,7 +140,7 @@ def with_point(text: str) -> str:
 
 
 def usual_unit(dimension: str) -> str:
-    """Return the unit that error messages suggest: mm/min for speeds, kg/m3 for densities, else the internal one."""
+    """Return the unit that error messages suggest: mm/min for speeds, kg/m3 for densities, else the internal unit."""
     return {"speed": "mm/min", "density": "kg/m3"}.get(dimension, INTERNAL[dimension])
 
 

@@ -24,8 +24,8 @@ def study() -> Study:
 
 @pytest.mark.parametrize(("d", "value"), [(8.0, 15.0), (2.0, 7.5), (32.0, 30.0)])
 def test_a_power_of_the_diameter(d: float, value: float) -> None:
-    assert Growth(at=8.0, exponent=0.5, value=15.0).given_at(d, None, {}) == pytest.approx(value)
-    assert Growth(at=8.0, exponent="g").given_at(d, 15.0, {"g": 0.5}) == pytest.approx(value)
+    assert Growth(at=8.0, exponent=0.5, value=15.0).parameter_at(d, None, {}) == pytest.approx(value)
+    assert Growth(at=8.0, exponent="g").parameter_at(d, 15.0, {"g": 0.5}) == pytest.approx(value)
 
 
 def test_each_stem_has_its_own_material(study: Study) -> None:
