@@ -93,7 +93,7 @@ def materials(mesh: Mesh, stem: Stem, inner: Material, outer: tuple[Material, ..
 
 
 def through_wall(stem: Stem, how: Discretisation) -> int:
-    """Return the number of elements through the wall; for a solid stem, the number of rings around its core."""
+    """Return the number of elements through the wall; for a solid stem, of the rings around its core."""
     return sum(through_layers(stem, how))
 
 
@@ -206,7 +206,7 @@ def _blade(test: ShearTest) -> Tool:
 
 
 def _supports(test: ShearTest) -> tuple[Tool, ...]:
-    """Return the support blocks on both sides; with a mirror plane only the right one, a counter-edge only the left."""
+    """Return the support blocks on both sides; the right one for a quarter model, the left one for a counter-edge."""
     r, kind = test.supports.fillet_radius, test.supports.kind
     near = r + (0.5 * test.supports.clearance if kind == "span" else _counter_edge(test))
     height = -0.5 * test.stem.outer_diameter

@@ -2,7 +2,7 @@
 
 from stemcal.notes import Note, Remedy
 
-# Limits of the shares in `CuttingResult` above which there is a warning, percent.
+# A warning is issued if a share in `CuttingResult` exceeds its limit, percent.
 MOST_INERTIA = 5.0
 MOST_HOURGLASS = 10.0
 MOST_DRIFT = 2.0
@@ -89,7 +89,7 @@ def energy_drifts(percent: float) -> Note:
 
 
 def inertia_in_force(percent: float, kinetic_percent: float) -> Note:
-    """Return the warning that inertia is a large part of the force, and the ratio of kinetic to internal energy, %."""
+    """Return the warning that inertia is a large share (%) of the force; `kinetic_percent`: kinetic/internal energy."""
     text = (
         f"Inertia contributes {percent:.1f} % of the peak force (blade force minus support force). The kinetic energy "
         f"reaches {kinetic_percent:.1f} % of the internal energy."
@@ -125,7 +125,7 @@ def force_after_break(travel: float, force: float, peak: float) -> Note:
 
 
 def nothing_deleted() -> Note:
-    """Return the warning that the material deletes no elements."""
+    """Return the warning that elements remain in the mesh after failure, because the material deletes none."""
     text = (
         "The material law does not delete failed elements: they lose their shear strength at the failure strain but "
         "remain in the mesh."

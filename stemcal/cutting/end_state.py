@@ -1,4 +1,4 @@
-"""The body at the end of a test, for pictures, in a form that is small enough for the record of a run."""
+"""The shape of stem and tools at the end of a test, for figures, compressed for the record of a run."""
 
 from __future__ import annotations
 
@@ -86,6 +86,6 @@ def packed_text(array: NDArray[Any], kind: str) -> str:
 
 
 def unpacked_text(text: str, kind: str, columns: int = 0) -> NDArray[Any]:
-    """Return the array that `packed_text` packed, (N,) or (N, columns)."""
+    """Return the array (N,) or (N, columns) that is contained in the text from `packed_text`."""
     flat = np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype=kind)
     return flat.reshape(-1, columns) if columns else flat

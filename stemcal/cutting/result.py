@@ -68,7 +68,7 @@ class CuttingResult:
     energy_drift_percent         largest error of the energy balance, relative to the largest work done
     kinetic_ratio_percent        largest ratio of kinetic to internal energy before the first failure (or in the stroke
                                  without one), after the first tenth of the work
-    hourglass_ratio_percent      largest ratio of hourglass to internal energy up to the peak, after the same tenth
+    hourglass_ratio_percent      largest ratio of hourglass to internal energy up to the peak, after the first tenth
     inertia_percent              difference between the forces on the blade and on the supports at the peak, relative to
                                  the force on the blade: the contribution of inertia, from true and added mass
     added_mass_percent           mass added by mass scaling and time step, relative to the stem's mass
@@ -178,7 +178,7 @@ _FALLEN = 0.9
 
 
 def short_stroke(travel: Array, force: Array, broken: int | None) -> list[Note]:
-    """Return a warning if a filtered curve (mm, N) has neither a fracture nor a clear fall after its maximum."""
+    """Return a warning if a filtered curve (mm, N) has neither a fracture nor a clear decrease after its maximum."""
     peak = int(np.argmax(force[:broken]))
     if broken is not None or force[-1] < _FALLEN * force[peak]:
         return []
@@ -230,7 +230,7 @@ def evaluate(
             "no_contact", "the blade exerted no force on the stem; check the gap, the speed and the duration of loading"
         )
     short = short_stroke(curve.travel, curve.force_filtered, broken)
-    # the last row before the first failure
+    # the last row before the first failure, or the last row of the stroke
     whole = max(int(np.argmax(curve.failed > 0)) - 1, 1) if curve.failed[-1] > 0 else len(curve.time) - 1
     result = CuttingResult(
         peak_force=float(curve.force_filtered[peak]),
@@ -259,7 +259,7 @@ def evaluate(
 
 
 def _of_curve(curve: ForceHistory, peak: int, broken: int | None, rate: float, material: Material) -> list[Note]:
-    """Return a warning if the strain `rate` (1/s) exceeds C of the rate law, and one for a later, higher force."""
+    """Return warnings: strain `rate` (1/s) above C of the rate law; force after the break (`broken`) above the peak."""
     notes, c, before = list[Note](), material.strain_rate_c, float(curve.force_filtered[peak])
     if material.rate_law == "paper" and 0.0 < c < rate:
         notes.append(checks.rate_above_law(rate, c, 1.0 + (rate / c) ** material.strain_rate_p))

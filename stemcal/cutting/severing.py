@@ -16,7 +16,7 @@ class Severing:
     """Callable for `simulate(inspect=…)`; `time` (s) is when the stem is first in two parts, None until then.
 
     `holding` is the share of the nodes of the cut plane that have not parted, `aside` the mean distance by which the
-    blade has moved these down (mm), `elsewhere` the mean initial distance of deleted elements from the plane (mm).
+    blade has moved these nodes down, `elsewhere` the mean initial distance of deleted elements from the plane (mm).
     """
 
     def __init__(self, mesh: Mesh) -> None:

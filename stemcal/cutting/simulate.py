@@ -1,4 +1,4 @@
-"""The run of a virtual shear test."""
+"""Simulation of a virtual shear test, from its input to its result."""
 
 import time
 from dataclasses import replace
@@ -48,7 +48,7 @@ def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
 
 
 def placed(test: ShearTest, shift: float) -> ShearTest:
-    """Return the half model with its mesh shifted along the stem by a share of an element, 0 to ½.
+    """Return the test in a half model whose mesh is shifted along the stem by a share of an element, 0 to ½.
 
     Whole elements are deleted, so the force depends on the position of the nodes. Shifts by s and −s elements are
     mirror images, so midpoints of equal intervals of [0, ½] represent all positions.

@@ -22,7 +22,7 @@ def mean_over_travel(test: ShearTest) -> Discretisation:
 
 
 def of_whole_cut(result: CuttingResult, test: ShearTest, severing: Severing) -> CuttingResult:
-    """Return the result with the fields that only a whole cut has."""
+    """Return the result of a whole cut with its additional fields, such as `severed` and `cutting_energy`."""
     curve, loading, severed = result.history, test.loading, severing.cut_through
     first = int(np.argmax(curve.failed > 0))
     before = moving_mean(curve.force, filter_rows(loading, test.discretisation))[: first + 1]
@@ -41,7 +41,7 @@ def of_whole_cut(result: CuttingResult, test: ShearTest, severing: Severing) -> 
 
 
 def _outcome(result: CuttingResult, test: ShearTest, severing: Severing) -> list[Note]:
-    """Return notes on a stem that was not cut through, and on the share of kinetic energy in the work."""
+    """Return a note if the stem was not cut through, and one if much of the work is kinetic energy at the end."""
     curve, notes = result.history, list[Note]()
     travel, percent = float(curve.travel[-1]), 100.0 * severing.holding
     if severing.time is not None and not severing.cut_through:

@@ -111,12 +111,12 @@ class Material:
         return self.elastic_modulus * self.tangent_modulus / (self.elastic_modulus - self.tangent_modulus)
 
     def numbers(self, mass_scaling: float, viscosity: BulkViscosity) -> MaterialNumbers:
-        """Return the constants of an isotropic material for the kernels, with the density scaled."""
+        """Return the constants of an isotropic material for the kernels; the density is times `mass_scaling`."""
         common = self._common(mass_scaling, viscosity)
         return MaterialNumbers(bulk=self.bulk_modulus, shear=self.shear_modulus, lame=self.lame_modulus, **common)
 
     def transverse_numbers(self, mass_scaling: float, viscosity: BulkViscosity) -> TransverseNumbers:
-        """Return the constants of a transversely isotropic (or isotropic) material for the kernels, density scaled."""
+        """Return the constants of a transversely isotropic (or isotropic) material, as in `numbers`."""
         _, _, coupled, lame, across = self._moduli
         along = self._across.shear_modulus
         coupling = coupled - lame
@@ -169,7 +169,7 @@ class Material:
 
     @property
     def _hill(self) -> tuple[float, float, float]:
-        """h₁, h₂, h₃ of Hill's stress (see `kernels.fibres`) from the yield stresses.
+        """Coefficients h₁, h₂, h₃ of Hill's equivalent stress q (see `kernels.fibres`) from the yield stresses.
 
         q² is (⅔ h₁ + (h₂ + h₃)/9) σ² in tension across the axis, (2h₁ + h₂) τ² in axial shear, and
         (⅔ h₁ + 4/9 (h₂ + h₃)) σ² = σ² in axial tension; at yield, q is the axial yield stress in each case.

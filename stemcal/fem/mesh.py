@@ -34,7 +34,7 @@ class Mesh:
         return behind.reshape(-1, 6)
 
     def topology(self, crowns: Array | None = None, slots: Ints | None = None) -> Topology:
-        """Return the topology before erosion, with the heights `crowns` (E, 6), mm, and the elements' `slots` (E,)."""
+        """Return the topology before erosion; `crowns` (default 0) and `slots` are those of `Topology`."""
         slots = np.arange(len(self.hexes), dtype=np.int32) if slots is None else slots
         crowns = np.zeros((len(self.hexes), 6)) if crowns is None else crowns
         live = np.bincount(self.hexes.ravel(), minlength=len(self.nodes)).astype(np.int32)
@@ -85,7 +85,7 @@ def hollow_cylinder(
     widths: Array | None = None,
     radii: Array | None = None,
 ) -> Mesh:
-    """Return a hollow cylinder about the x axis, its nodes numbered along it first, then around, then through the wall.
+    """Return a hollow cylinder about the x axis, with nodes numbered along x first, then around, then through the wall.
 
     inner, outer: Radii, mm.
     along: x of the layers of nodes, mm, increasing.
@@ -215,7 +215,7 @@ def _quads(rows: int, columns: int, closed: bool) -> Ints:
 
 
 def _directions(turn: Array) -> Array:
-    """Return the unit vectors (…, 2) in y and z at angles (rad) from +y towards +z."""
+    """Return unit vectors (y, z) at angles (rad) from +y towards +z, (…, 2)."""
     return np.stack([_exact(np.cos(turn)), _exact(np.sin(turn))], axis=-1)
 
 

@@ -1,4 +1,4 @@
-"""Rigid tools and their friction as a user of the solver sets them; the contact law is in `kernels.contact`."""
+"""Rigid tools and the constants of contact as a user of the solver sets them; the law is in `kernels.contact`."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -132,12 +132,12 @@ def edge_arrays(tools: tuple[Tool, ...], x: Array, size: float) -> EdgeArrays:
     )
 
 
-# A blunt tool acts at most this number of spreads from its edge; a tool that acted farther would not be a blade.
+# The zone on which a blunt edge acts extends at most this number of spreads to each side; a blade needs much less.
 _FARTHEST = 4.0
 _ACROSS = 24  # samples across a spread edge
-_LINES = 8  # lines of samples along the edge, per spread a
-# Rows along the edge per spread a. With 4, the strain under the edge grows in bursts as successive rows come into
-# contact, which changes the failure force by up to 8 %.
+_LINES = 8  # lines of samples across the edge, per length a (the spread) of the edge
+# Rows per length a of the edge. With 4, the strain under the edge grows in bursts as successive rows come into contact,
+# which changes the failure force by up to 8 %.
 _ROWS = 8
 # Ratio of element length to spread in the shipped study, for which the spread was chosen. On shorter elements the bell
 # is wider, by at most √(1 + 7/6 · 0.56²) because its variance is at least a²/7 (see `_across`).
@@ -163,7 +163,7 @@ def spread_edge(tools: tuple[Tool, ...], x: Array, hexes: Ints, size: float) -> 
     length = tools[tool].spread if tool >= 0 else 1.0
     along, rows = _places(ends, length / _LINES), _places(ends, length / _ROWS)
     lines, places, image = _lines_of_rows(rows, along, a, half)
-    # each row with the one opposite in y, from the middle outwards; −1 if a mirror replaces the opposite row
+    # pairs of a row and the row opposite in y, from the middle outwards; −1 if a mirror replaces the opposite row
     first = np.arange(0 if half else len(rows) // 2, len(rows))
     opposite = np.full(len(rows), -1) if half else len(rows) - 1 - first
     most = 4 * (ceil(2.0 * _WIDEST * a / size) + 4) ** 2
@@ -223,7 +223,7 @@ def _reach_beside(tool: Tool) -> tuple[float, float]:
 
 
 def _length_beneath(x: Array, reach: float) -> float:
-    """Return the median extent along x (mm) of the elements within reach of an edge, from the corners' x (E, 8)."""
+    """Return the median extent along x of the elements within `reach` of the edge at x = 0; corners' x (E, 8), mm."""
     near = x[(x.min(axis=1) < reach) & (x.max(axis=1) > -reach)]
     return float(np.median(np.ptp(near, axis=1))) if len(near) else 0.0
 
@@ -233,8 +233,8 @@ def _across(tool: Tool, mirrored: bool, h: float) -> tuple[Array, Array]:
 
     The weight is the bell of the distance from the tool. Linear shape functions share a force between two nodes, which
     adds h²/6, the variance of a hat function, to the variance of the bell. The samples are moved apart so that the sum
-    is the same on all short elements. No correction is needed along the edge, where neighbouring rows overlap. In a
-    mirrored body only the samples on its side of the edge remain.
+    is the same on all short elements. No correction is needed along the edge, where neighbouring rows overlap. For a
+    mirrored body, only the samples at x > 0 are returned.
     """
     left, right = _reach_beside(tool)
     across = -left + (left + right) * (np.arange(_ACROSS) + 0.5) / _ACROSS

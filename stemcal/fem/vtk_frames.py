@@ -93,7 +93,7 @@ def _write(path: Path, kind: str, content: str) -> None:
 
 
 def _data_array(name: str, values: Values) -> str:
-    """Return the XML element of an array: base64 of its length in bytes and its values."""
+    """Return the XML element of an array, which contains its length in bytes and its values in base 64."""
     values = np.ascontiguousarray(values)
     raw = values.astype(values.dtype.newbyteorder("<")).tobytes()
     text = base64.b64encode(np.uint64(len(raw)).astype("<u8").tobytes() + raw).decode("ascii")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Kind:
-    """The mesh, tools and motion of one kind of test; the piece is along x. A subclass is a frozen dataclass (mm).
+    """Mesh, tools and motion of one kind of test; the piece is along x. Subclasses are frozen dataclasses, in mm.
 
     PERIODS: Minimum duration of the loading in periods of the slowest vibration; mass is scaled up to this limit.
     MOMENT: Moment m of the section, ∫zᵐ dA, that determines the response: 0 its area, 2 its second moment; None for the

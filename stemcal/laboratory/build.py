@@ -16,8 +16,8 @@ from stemcal.fem.model import Integration, Model
 from stemcal.fem.tools import Contact, Tool
 from stemcal.laboratory import Kind
 
-# One layer of elements, with integration points in its middle, has no bending stiffness; two layers would have to be a
-# tenth thicker for the right stiffness (`thickened`), which increases the plastic moment by a fifth.
+# Minimum number of elements through the wall. One layer, with integration points in its middle, has no bending
+# stiffness; two layers must be a tenth thicker for it (`thickened`), which increases the plastic moment by a fifth.
 _FEWEST_LAYERS = 3
 
 
@@ -65,8 +65,8 @@ def plate(face: float, half_length: float, upwards: bool, speed: float) -> Tool:
 # bending, the force of a plastic hinge was 1.6 % too low.
 _SETTLING = 80.0
 
-# Least contact stiffness, in units of m/Δt²: a roller touches a small part of each face. With 0.25, the deflection of
-# the contact was a twentieth of a short stroke.
+# Minimum contact stiffness as a multiple of m/Δt², because a roller touches only a small part of a face. With 0.25, the
+# deflection of the contact was a twentieth of a short stroke.
 _PENALTY = 0.5
 
 
@@ -177,7 +177,7 @@ def integration(test: LaboratoryTest) -> Integration:
 
 
 def _wave_speed(test: LaboratoryTest) -> float:
-    """Return √(E/ρ) of the piece, mm/s, with E averaged over the moment of the section, and ρ over its area."""
+    """Return √(E/ρ) of the piece, mm/s; E of layers is averaged by section moments (`MOMENT`), ρ by areas."""
     if not test.outer:
         return sqrt(test.kind.modulus(test.stem, test.material) / test.material.density)
     power = 2 + (test.kind.MOMENT or 0)

@@ -72,7 +72,7 @@ def shear_coefficient(ratio: float) -> float:
 
 @dataclass(frozen=True)
 class ThreePointBending(Kind):
-    """Bending between two supports; distance of the supports' axes, radii of the nose and of the supports, mm."""
+    """Bending on two supports: distance between their axes, radius of the nose, and radius of the supports, mm."""
 
     span: float
     nose_radius: float = 5.0

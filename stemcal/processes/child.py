@@ -39,7 +39,7 @@ class ChildDied(Exception):
 
 
 class Child:
-    """A process that executes one call after the other; it inherits the environment, extended by `environment`."""
+    """A process that executes one call after the other, with the environment of this process plus `environment`."""
 
     def __init__(self, environment: Mapping[str, str] = {}) -> None:
         self._process = subprocess.Popen(
@@ -129,9 +129,9 @@ _SERVE = f"from {__name__} import serve; serve()"
 def serve() -> None:
     """Execute calls from standard input until it closes. Runs in the child."""
     source, target = _own_pipes()
-    if hasattr(os, "fork") and os.fork() == 0:  # safe, because no thread is running yet
+    if hasattr(os, "fork") and os.fork() == 0:  # forking is safe, because no thread is running yet
         _guard(source, target)
-    # At exit, because the parent cannot find processes that have left the session; registered first, it runs last.
+    # The child ends processes that left the session, which the parent cannot find; registered first, this runs last.
     atexit.register(end_family, os.getpid())
     calls: queue.Queue[bytes | None] = queue.Queue()
     threading.Thread(target=_read, args=(source, calls), name="calls", daemon=True).start()
@@ -169,7 +169,7 @@ def _guard(source: IO[bytes], target: IO[bytes]) -> NoReturn:
 
 
 def _own_pipes() -> tuple[IO[bytes], IO[bytes]]:
-    """Reserve standard input and output for calls and replies; output that a call prints goes to standard error."""
+    """Reserve standard input and output for calls and replies; printed output of a call goes to standard error."""
     source, target = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)

@@ -31,6 +31,6 @@ def drop(stream: IO[str]) -> None:
 
 
 def lossy_stderr() -> None:
-    """Replace standard error by a stream whose failed writes raise no exception."""
+    """Replace standard error by a stream that raises no exception if a write fails."""
     if isinstance(sys.stderr, io.TextIOWrapper):
         sys.stderr = _Lossy(sys.stderr.buffer, sys.stderr.encoding, "replace", line_buffering=True)

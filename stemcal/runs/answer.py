@@ -64,7 +64,7 @@ def answer_all(
     again: Collection[str] = (),
     naming: Vocabulary = CUTTING,
 ) -> list[Outcome]:
-    """Return the outcome of every request, with the responses in `naming`; the folder must be locked.
+    """Return the outcome of every request, with the responses in `naming`; the caller must have locked the folder.
 
     Requests with equal identities are computed once. Runs with a record are not computed, unless their key is in
     `again`. After an interruption, the records of all completed runs are saved. Raises `RunsFailed` if a smaller

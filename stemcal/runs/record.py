@@ -79,7 +79,7 @@ def validated(answer: Answer, naming: Vocabulary = CUTTING) -> Answer:
 
 
 def is_final(record: Mapping[str, Any], time_limit: float | None) -> bool:
-    """Check that a run need not be repeated: accidents are repeated, and timeouts if the time limit is longer now."""
+    """Check that a run must not be repeated: accidents are, and so are timeouts if the time limit is longer now."""
     if record["reason"] in ACCIDENTS:
         return False
     allowed = record["details"].get("time_limit") if record["reason"] == TIMEOUT else None
@@ -134,7 +134,7 @@ class Outcome:
 
 
 def outcome_of(record: Mapping[str, Any], naming: Vocabulary = CUTTING) -> Outcome:
-    """Return the outcome in a record, with the further responses that the study lists in `naming`."""
+    """Return the outcome in a record, with the further responses of the study, which are listed in `naming`."""
     details = record["details"] if record["status"] == "ok" else {}
     of_curve = curve_responses(details, record["request"]["condition"], naming)
     return Outcome(

@@ -31,7 +31,7 @@ from stemcal.storage.sealed import Broken, read_sealed, sealed
 logger = logging.getLogger(__name__)
 
 _SPEC_PLACE = "spec-path.txt"
-_MOST_NOTE = 1 << 16  # largest size of a small text file, bytes
+_MOST_NOTE = 1 << 16  # largest size of the files with the path of the spec or the holder of the lock, bytes
 SCHEMA_VERSION = 3  # version of the format of stage files
 RECORD_VERSION = 4
 _KEY = re.compile(r"[0-9a-f]{32}")
@@ -173,7 +173,7 @@ class StudyFolder:
         return self._read(key)[0]
 
     def _read(self, key: str) -> tuple[dict[str, Any] | None, str]:
-        """Return the result of `examine`, cached while the file is unchanged: commands read a record many times."""
+        """Return the result of `examine`; it is cached until the file changes, because commands read a record often."""
         try:
             status = self.record_path(key).stat()
         except OSError:
@@ -202,7 +202,7 @@ class StudyFolder:
     # ---- result files of the stages
 
     def write_stage(self, stage: str, content: Mapping[str, Any]) -> None:
-        """Write the result of a stage with its hash, in full or not at all; equal content gives equal bytes."""
+        """Write the result of a stage with its hash, in full or not at all; equal content is written as equal bytes."""
         write_atomic(self.path / f"{stage}.json", sealed(content))
 
     def read_stage(self, stage: str) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 
 
 def as_json(content: Any) -> str:
-    """Return the JSON text for a file: keys in their order, indented by two spaces, ending in a newline."""
+    """Return the JSON text for a file: keys in the order of `content`, indented by two spaces, ending in a newline."""
     return json.dumps(jsonable(content), ensure_ascii=False, indent=2, allow_nan=False) + "\n"
 
 

@@ -15,7 +15,7 @@ logger = logging.getLogger(__name__)
 
 
 def append(path: Path, event: str, facts: Mapping[str, Any]) -> None:
-    """Append an event with its facts and the time; only log a warning if the file cannot be written."""
+    """Append an event with its facts and the time; if the file cannot be written, log a warning instead of failing."""
     line = json.dumps({"time": now(), "event": event, **jsonable(facts)}, ensure_ascii=False, allow_nan=False)
     try:
         refuse_link(path)

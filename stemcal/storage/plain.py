@@ -29,7 +29,7 @@ def open_plain(path: Path) -> BufferedReader:
 
 
 def read_plain(path: Path, most: int) -> bytes:
-    """Return the content of a regular file; raise `NotPlain` if there is none, or it is larger than `most` bytes."""
+    """Return the content of a regular file; raise `NotPlain` for another kind of file or more than `most` bytes."""
     with open_plain(path) as file:
         content = file.read(most + 1)
     if len(content) > most:

@@ -44,7 +44,7 @@ class Spread:
         aliases = [field.metadata.get("alias", "") for field in dataclasses.fields(source)]
         nest = functools.partial(_nested, [alias for alias in aliases if alias.startswith(_INLINE)])
         inner = dict(handler.resolve_ref_schema(handler(source)))
-        ref = inner.pop("ref")  # the name of the schema moves to the outer schema
+        ref = inner.pop("ref")  # the outer schema gets the name (reference) of the inner one
         return core_schema.no_info_before_validator_function(nest, inner, ref=ref, serialization=flat)
 
 

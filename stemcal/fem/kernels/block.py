@@ -6,7 +6,7 @@ step, and the state of the block. Value `row` of element `lane` is ``values[row 
 of all blocks are one array (blocks, rows, lanes).
 
 The lanes are filled in runs of `RUN` successive elements whose corner nodes are successive too. Each corner of a run is
-then a vector of nodes, given by its first node (`llvm`). `stemcal.fem.lanes` forms the runs; empty lanes are dead.
+then a vector of nodes, defined by its first node (`llvm`). `stemcal.fem.lanes` forms the runs; empty lanes are dead.
 """
 
 from typing import Any, NamedTuple
@@ -34,11 +34,11 @@ count_positive, count_negative = counting(">", LANES), counting("<", LANES)
 STRESS = 0
 BACK_STRESS = 6
 PLASTIC_STRAIN = 12
-HOURGLASS_FORCE = 13  # forces on the modal sums
+HOURGLASS_FORCE = 13  # forces on the modal sums, x, y, z of each of the four hourglass modes
 INTERNAL_ENERGY = 25
 HOURGLASS_ENERGY = 26
 ALIVE = 27
-RATE_FACTOR = 28  # during a step, −Δε:Δε of an element that yields
+RATE_FACTOR = 28  # factor on the yield stress; during a step, −Δε:Δε marks an element that yields
 VISCOUS_PRESSURE = 29
 # Accumulated round-off of the energies (`book`).
 INTERNAL_REMAINDER = 30
@@ -56,7 +56,7 @@ COORDINATES = 0
 VELOCITIES = 24
 FORCES = COORDINATES
 SCRATCH_ROWS = 48
-# Results for the time step, in the unused rows of corner 0, to which all values are relative.
+# Results of the time step's computation; they use the rows of corner 0, whose relative coordinates are always zero.
 RATES = COORDINATES
 VOLUMES = VELOCITIES
 
@@ -74,7 +74,7 @@ class Seen(NamedTuple):
 
     x: Any  # (N, 3) int32, or double
     v: Array  # (N, 3) in the elements' precision
-    unit: float
+    unit: float  # of the whole numbers, mm; 1 for double precision
 
 
 @inlined
@@ -85,10 +85,10 @@ def states_of(state: Array) -> Array:
 
 @inlined
 def bring_near(states: Array, b: int) -> None:
-    """Prefetch the state of block b, or of the last block, into the second-level cache.
+    """Prefetch the state of block b (of the last block, if there is no block b) into the second-level cache.
 
     The processor does not predict the strides with which rows are read. Without the prefetch, a model larger than that
-    cache is a quarter slower, and a smaller one a few % faster.
+    cache is a quarter slower, but a smaller one is a few % faster.
     """
     mine = states[min(b, states.shape[0] - 1)]
     for place in range(0, STATE_ROWS * LANES, CACHE_LINE // states.itemsize):
@@ -122,7 +122,7 @@ def living(state: Array) -> int:
 
 @inlined
 def yielding(state: Array) -> int:
-    """Return the number of elements of a block that yield in this step: `RATE_FACTOR` is then negative."""
+    """Return the number of elements of a block that yield in this step, whose `RATE_FACTOR` is negative."""
     return int(count_negative(state, RATE_FACTOR * LANES))
 
 

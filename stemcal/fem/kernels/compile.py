@@ -47,7 +47,7 @@ def _is_private(folder: Path) -> bool:
 
 
 def _name() -> str:
-    """Return a folder name with a hash of the kernels' sources and of their place, which numba's cache depends on."""
+    """Return a folder name with a hash of the kernels' sources and path, because numba's cache depends on both."""
     place = Path(__file__).parent
     digest = hashlib.sha256(str(place).encode("utf-8", "surrogateescape"))
     for source in sorted(place.glob("*.py")):
@@ -99,7 +99,7 @@ def kernel(function: Function) -> Any:
 
 
 def summing(function: Function) -> Any:
-    """Compile sums over arrays in an order that LLVM chooses to vectorise them; it is fixed for one processor."""
+    """Compile a kernel whose sums LLVM may reorder and vectorise; the order is the same in each run on a processor."""
     return _jit(forceinline=True, error_model="numpy", fastmath=_MATHS | {"reassoc"}, **_INNER)(function)
 
 

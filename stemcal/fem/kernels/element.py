@@ -81,7 +81,7 @@ def _bulk_viscosity(de: Floats, dt: float, length: float, material: Floats) -> F
 
 @inlined
 def _acting_stress(stress: Floats, pressure: float, alive: float) -> Floats:
-    """Return the stress with bulk viscosity, (σ − q I)/64, or zeros if the element is not alive."""
+    """Return (σ − q I)/64, with bulk viscosity q and the 1/64 of unscaled sums; zeros if the element is not alive."""
     share = like(alive, 1.0 / 64.0) if alive > ZERO else ZERO
     return (
         share * (stress[0] - pressure),
@@ -138,7 +138,7 @@ def _corner_forces(
     i: int, acting: Floats, Q: Floats, x: Floats, y: Floats, z: Floats,
     bx: Floats, by: Floats, bz: Floats, per_whole: float,
 ) -> Floats:  # fmt: skip
-    """Return component i of the forces on the eight corners."""
+    """Return component i of the forces on the eight corners by the acting stress and the hourglass forces Q."""
     q4, q5, q6, q7 = Q
     row = _stress_row(i, acting, taken_from_stress(q4, q5, q6, q7, i, x, y, z), per_whole)
     return spread(modal_forces(row, (q4[i], q5[i], q6[i], q7[i]), bx, by, bz))
@@ -235,7 +235,7 @@ def follow_smooth_rates(state: Array, materials: Floats) -> None:
 
 @inlined
 def run_block(scratch: Array, runs: Any, seen: Any, state: Array, dt: float, material: Floats) -> None:
-    """Advance a block from the motion of its nodes, and compute the rate factors of its next step."""
+    """Advance a block by one step of its nodes' motion, and compute the rate factors for the next step."""
     fetch(scratch, runs, seen)
     advance(scratch, state, dt, material)
     _follow_rates(state, dt, material)

@@ -37,7 +37,7 @@ def modal_sums(f: Floats) -> Floats:
 
 @inlined
 def spread(m: Floats) -> Floats:
-    """Return H m, the corner forces of forces m on the modal sums: the transpose of `modal_sums`."""
+    """Return the corner forces H m that are equivalent to forces m on the modal sums (transpose of `modal_sums`)."""
     # undo ζ
     ss1, ss2 = m[0] - m[3], m[0] + m[3]
     ds1, ds2 = m[1] - m[5], m[1] + m[5]

@@ -25,9 +25,9 @@ from stemcal.fem.kernels.hexahedron import rotate_vector
 # Ratio of the least stiffness to that which a pressure removes from a cube (l p/48). With ratios below three, the
 # patterns still grow under combined pressure and shear.
 _TIMES = 3.0
-# β, the extrapolation of the force in steps. Under stress these modes grow by some 1e-4 per step: negligible in tests
-# of 10,000 steps with added mass, but dominant in tests of a million steps with the true mass. β = 1/4 damps them by
-# β(ωΔt)²/2 per step, a hundred times that growth, and does not affect slow loads.
+# β, the number of steps by which the force is extrapolated. Under stress these modes grow by some 1e-4 per step, which
+# is negligible in tests of 10,000 steps with added mass, but dominant in tests of a million steps with the true mass.
+# β = 1/4 damps them by β(ωΔt)²/2 per step, a hundred times that growth, and does not affect slow loads.
 DAMPING = 0.25
 
 
@@ -69,7 +69,7 @@ def damped(force: Floats, rate: Floats, gain: float) -> Floats:
 
 @inlined
 def taken_from_stress(a: Floats, b: Floats, c: Floats, d: Floats, i: int, x: Floats, y: Floats, z: Floats) -> Floats:
-    """Return row i of Σ Qₘ⊗Xₘ. This sum over the volume is subtracted from the stress, so that Q acts on q̇ₘ alone."""
+    """Return row i of Σ Qₘ⊗Xₘ; this sum, divided by V, is subtracted from the stress, so that Q acts on q̇ₘ alone."""
     return (
         a[i] * x[4] + b[i] * x[5] + c[i] * x[6] + d[i] * x[7],
         a[i] * y[4] + b[i] * y[5] + c[i] * y[6] + d[i] * y[7],

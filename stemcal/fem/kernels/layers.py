@@ -14,12 +14,12 @@ from stemcal.fem.kernels.compile import TWO, inlined
 from stemcal.fem.kernels.fibres import TransverseNumbers, transverse_return, unit
 from stemcal.fem.kernels.plasticity import elastic_trial, radial_return
 
-_overload: Any = overload  # its types lack some of its options
+_overload: Any = overload  # numba's annotations of overload lack some options
 _INLINED = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}}
 
 
 class LayerTable(NamedTuple):
-    """Materials of a body: the row of each block in a table whose columns are the fields of `TransverseNumbers`."""
+    """Materials of a body: a table with a column per field of `TransverseNumbers`, and the row of each block in it."""
 
     rows: Any  # (B,) int32
     table: Any  # (materials, columns)

@@ -36,8 +36,8 @@ def _prefetch(_typing: Any, values: Any, place: Any) -> Any:
 def _read_corners(_typing: Any, nodal: Any, unit: Any, runs: Any, r: Any, values: Any, place: Any, stride: Any) -> Any:
     """Read nodal values of two runs, r and r + 1, at their elements' corners a = 1…7 relative to corner 0.
 
-    ``values[place + (8 i + a) stride + k] = nodal[runs[a, r] + k, i] - nodal[runs[0, r] + k, i]`` for k < `RUN`, the
-    next run behind it. Integer nodal values are multiplied by `unit` after the subtraction, which may wrap around 2³².
+    ``values[place + (8 i + a) stride + k] = nodal[runs[a, r] + k, i] - nodal[runs[0, r] + k, i]`` for k < `RUN`, then
+    run r + 1. Integer nodal values are multiplied by `unit` after the subtraction, which may wrap around 2³².
     """
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -255,7 +255,7 @@ class _Value:
 
 
 def _of_component(builder: Any, nodal: _Value, node: Any, i: int) -> Any:
-    """Return the index of component i of a node in the flat memory of a nodal array."""
+    """Return the index of component i of a node in the memory of a nodal array (N, 3) in Fortran order."""
     nodes = nodal.extent(0)
     return builder.add(node, builder.mul(nodes, nodes.type(i)))
 

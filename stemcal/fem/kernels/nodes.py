@@ -1,4 +1,4 @@
-"""Nodal part of a step: kick of velocities, drift of positions, and the sums over nodes for the energy balance."""
+"""Nodal part of a step: kick (change of velocities by forces), drift (change of positions), and sums for energies."""
 
 from typing import Any, NamedTuple
 
@@ -10,8 +10,8 @@ from stemcal.arrays import Array, Ints, Mask
 from stemcal.fem.kernels.compile import entry, inlined, kernel, summing
 from stemcal.fem.kernels.llvm import maximum, store_position, store_velocity
 
-# Number of nodes in a chunk. Each chunk has its own sums, so that the total is bit-identical for any number of threads.
-# The data of this number of nodes stay in the first-level cache from component to component.
+# Number of nodes in a chunk; their data fit into the first-level cache. Sums are formed for each chunk, then added in a
+# fixed order, so that the total is bit-identical for any number of threads.
 CHUNK = 512
 # Sources of contact forces: the surface of a tool, its edge, and the friction of both.
 SURFACE, EDGE, FRICTION = 0, 1, 2
@@ -57,7 +57,7 @@ def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int
 @kernel
 def _move_component(body: Any, i: int, kick: float, drift: float, first: int, last: int) -> None:
     """Advance component i of the nodes first…last−1 under the forces of the elements, and set these forces to zero."""
-    mine = slice(first, last)  # with a loop from 0, numba needs no check for negative indices
+    mine = slice(first, last)  # on a slice, the loop begins at 0, so that numba omits the check for negative indices
     x, v, f = body.x.T[i, mine], body.v.T[i, mine], body.f.T[i, mine]
     free, inverse_mass = body.free.T[i, mine], body.inverse_mass[mine]
     places, velocities, unit = body.seen.x.T[i, mine], body.seen.v.T[i, mine], body.seen.unit
@@ -208,7 +208,7 @@ def add_chunks(sums: Array) -> tuple[float, float]:
 
 @kernel
 def add_late_forces(body: Any, mine: Any) -> None:
-    """Add the separate rows of f (the last ones) with the numbers `mine` to the rows of their nodes, in this order."""
+    """Add the separate rows of f (its last rows) with the indices `mine` to the rows of their nodes, in this order."""
     f, late = body.f, body.late
     first = f.shape[0] - late.shape[0]
     for i in range(3):

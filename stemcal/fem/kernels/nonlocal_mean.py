@@ -51,7 +51,7 @@ class Exchange(NamedTuple):
 
 @kernel
 def _spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
-    """Compute the mean plastic strain around each element, and the smallest margin `spare` until one fails."""
+    """Compute the mean plastic strain around each element, and `spare`, the margin until the first element fails."""
     mean, after, share, around = exchange.mean, exchange.next, exchange.share, exchange.around
     slots, standing = topology.slots, topology.standing
     for e in range(mean.shape[0]):

@@ -1,7 +1,7 @@
 """Parting: separation of the body on the plane under the edge of a blade (the cut plane), without deleting elements.
 
-Nodes on the plane are held together until the mean plastic strain around them (`nonlocal_mean`) reaches the failure
-strain:
+Nodes on the plane are held together until the mean plastic strain ε̄ around them (`nonlocal_mean`) reaches the failure
+strain ε_f:
 
     Σ ε̄ₑ/ε_f,ₑ ≥ n   over the n element faces on the plane around a node.
 
@@ -22,7 +22,7 @@ from stemcal.fem.kernels.compile import inlined, kernel
 from stemcal.fem.kernels.contact import flank_distance
 from stemcal.fem.kernels.nodes import SURFACE, push
 
-# Front of a line whose top has not parted, where the edge acts on the skin; front of a line out of reach.
+# Values of `CutPlane.front`: SKIN if the top of the line has not parted, NO_FRONT if no front is within reach.
 SKIN, NO_FRONT = np.inf, -np.inf
 # The remaining share of the failure strain at a node is at least this before the node parts, and at most −this after.
 _LEAST = 1.0e-6
@@ -43,14 +43,14 @@ class CutPlane(NamedTuple):
     behind: Ints  # (F,) element of each of these faces
     around: Array  # (P,) number of faces around each node
     columns: Ints  # (P, M) lines of nodes across the plane, from left to right
-    layers: Array  # (M,) x of the columns' nodes from the plane at the start, mm
+    layers: Array  # (M,) initial x of the M nodes of each line, relative to the plane, mm
     flanks: Array  # (2, 5, 2) polygons (x, z) of the blade as a sharp wedge, for the right and (mirrored) the left side
     strain: Array  # (P,) Σ ε̄/(n ε_f) over the n faces around each node
     parted: Mask  # (P,) nodes that have parted
     offset: Array  # (N,) penetration of each node into the flank when it parted, mm
     front: Array  # (L,) z of the front under each line of the edge, `SKIN` or `NO_FRONT`
-    ends: Ints  # (L, 4) nodes of the plane around the front
-    shares: Array  # (L, 4) weights of these nodes
+    ends: Ints  # (L, 4) nodes of the plane between which the front is interpolated
+    shares: Array  # (L, 4) weights of these nodes in the interpolation
 
 
 @kernel
@@ -110,7 +110,7 @@ def close_plane(
 
 @kernel
 def tie(cut: Floats, mass: Array, rows: Any, forces: bool) -> None:
-    """Make unparted twin nodes move as one, by a change of their rows of forces or of velocities.
+    """Make unparted twin nodes move as one: change their `rows` of forces or (if not `forces`) of velocities.
 
     The common force is shared in proportion to mass; the common velocity has the momentum of both.
     """

@@ -1,7 +1,7 @@
 """Contact search: the topology of the mesh, and lists of the nodes and faces that can touch a tool soon.
 
-The lists contain everything within `margin` of a tool. They remain valid until nodes and tools together may have moved
-by that margin (the march adds up the largest speed of each step times its duration), or until an element is eroded.
+The lists contain everything within `margin` of a tool. They remain valid until an element is eroded, or until nodes and
+tools together may have moved by the margin: the march adds up the largest speed of each step times its duration.
 """
 
 from typing import NamedTuple
@@ -43,7 +43,7 @@ class Candidates(NamedTuple):
 
 @kernel
 def list_near_nodes(candidates: Floats, topology: Floats, tools: Floats, x: Array, margin: float) -> None:
-    """List the nodes of standing elements near each tool (`margin`), without the skin's if the tool touches faces."""
+    """List the nodes within `margin` of each tool, except the nodes of the skin if the tool touches faces."""
     for t in range(tools.radius.shape[0]):
         count = 0
         for n in range(x.shape[0]):

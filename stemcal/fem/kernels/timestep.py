@@ -82,7 +82,7 @@ def element_steps(topology: Floats, x: Array, state: Array, element_mass: Array,
 
 @kernel
 def _find_frequencies(scratch: Array, state: Array, material: Floats) -> None:
-    """Set the rows `RATES` and `VOLUMES` of the scratch array to ω² and 64 V of the elements of a block."""
+    """Store ω² and 64 V of the elements of a block in the rows `RATES` and `VOLUMES` of the scratch array."""
     for lane in range(LANES):
         x = modal_sums(load_corners(scratch, COORDINATES, lane))
         y = modal_sums(load_corners(scratch, COORDINATES + 8, lane))

@@ -69,7 +69,7 @@ def available_cores() -> int:
 
 
 def machine_memory() -> float:
-    """Return the memory limit of this process, bytes: the memory of the machine or the limit of its container."""
+    """Return the memory that this process may use, bytes: that of the machine, or less in a container with a limit."""
     import psutil
 
     limits = [float(psutil.virtual_memory().total)]

@@ -138,7 +138,7 @@ _ended: set[str] = set()
 
 
 def _end_session(session: str) -> None:
-    """End the processes that compute for a command, in the background; called on a Dask worker."""
+    """End the processes of a command (session) on this Dask worker, in a background thread."""
     with _making:
         _ended.add(session)
         crew = _sessions.pop(session, None)
@@ -170,11 +170,11 @@ def _connected(address: str) -> Any:
     except ImportError:
         message = '--executor dask:// requires Dask; run `pip install ".[dask]"` in the repository folder'
         raise UsageError(message) from None
-    for name in [*_LOUD, *logging.root.manager.loggerDict]:  # silenced, since stemcal reports the errors of Dask
+    for name in [*_LOUD, *logging.root.manager.loggerDict]:  # silence Dask, whose errors stemcal itself reports
         if name.partition(".")[0] in _LOUD:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     warnings.filterwarnings("ignore", module="distributed")
-    # encrypted if Dask's configuration has certificates for it
+    # the connection is encrypted if Dask's configuration requires it or contains a certificate
     encrypted = dask.config.get("distributed.comm.require-encryption", False)
     scheme = "tls" if encrypted or dask.config.get("distributed.comm.tls.client.cert", None) else "tcp"
     url, clients = f"{scheme}://{address}", list[Any]()

@@ -156,7 +156,7 @@ class Study(StudyForm):
 
     @property
     def own_further(self) -> tuple[str, ...]:
-        """Names of the further responses of a program, laboratory tests or curves, and of those of the goal."""
+        """Names of further responses that a program, laboratory tests or curves provide, or that the goal contains."""
         goal = () if self.goal is None else self.goal.responses[1:]
         return tuple(dict.fromkeys((*(named.name for named in self.naming.others), *goal)))
 
@@ -256,7 +256,7 @@ class Study(StudyForm):
 
     @property
     def by_hand(self) -> Study:
-        """The study whose runs people perform: `there` if only runs with the solver of `refine.in` are manual."""
+        """The study whose runs people perform: this one, or `there` if only the runs of `refine.in` are manual."""
         there = self.there
         people = [study.kind.answers == "asks_people" for study in (self, there)]
         return there if people == [False, True] else self
@@ -278,7 +278,7 @@ class Study(StudyForm):
 
     @property
     def fitted_responses(self) -> tuple[str, ...]:
-        """Responses to which the parameters are fitted, by their names in `Target.mean_of`."""
+        """Names of the responses to which the parameters are fitted, for `Target.mean_of`; `FIRST` for the first."""
         return self._fitted[1]
 
     @property

@@ -260,7 +260,7 @@ def _with_kinds(path: NodePath, data: Any) -> NodePath:
             data = None
         kind = data.get("kind", usual_solver().kind if step == "solver" else None) if isinstance(data, dict) else None
         steps.append(step)
-        if isinstance(kind, str) and not keys_of(tuple(steps)):  # no keys without a kind: the keys depend on the kind
+        if isinstance(kind, str) and not keys_of(tuple(steps)):  # in the schema, the keys are below the kind
             steps.append(kind)
     return tuple(steps)
 

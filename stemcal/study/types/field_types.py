@@ -52,7 +52,7 @@ class Frozen(BaseModel):
     rules: ClassVar[tuple[Callable[[Any], Iterator[Any]], ...]] = ()
     doubts: ClassVar[Callable[[Any], Iterable[Any]]] = lambda _study: ()
 
-    if not TYPE_CHECKING:  # a type checker would accept every attribute
+    if not TYPE_CHECKING:  # a type checker that saw this method would accept every attribute
 
         def __getattr__(self, name: str) -> Any:
             if name in type(self).model_fields:

@@ -72,7 +72,7 @@ class SolverOptions(Frozen):
         return Remedy("Reverse the sign of the values that the solver returns, then run the study again.")
 
     def chance_remedy(self) -> Remedy:
-        """Return the remedy for different results of equal simulations: declare replicates."""
+        """Return the remedy if equal simulations have different results: to declare replicates."""
         text = (
             "Write `replicates: 5` under `solver`, and write `{{seed}}` where the program expects a seed; each point "
             "is then simulated five times"
