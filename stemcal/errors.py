@@ -4,9 +4,9 @@
     ├── SpecError               2   the study spec is wrong; lists all mistakes with line and remedy
     ├── UsageError              2   an option or the order of commands is wrong
     ├── RunsFailed              3   too many simulations failed for a valid analysis
-    ├── TargetUnreachable       4   the surface reaches the measured value nowhere in the design region
+    ├── TargetUnreachable       4   the response surface does not reach the measured value in its region
     ├── FolderLocked            5   another process uses the study folder
-    ├── Waiting                 6   results of runs done by hand are not entered yet; this is no failure
+    ├── Waiting                 6   results of manual runs are not entered yet; this is no failure
     └── SimulationFailed        1   a simulation cannot be trusted (NaN, inverted element, no contact)
 
 They are caught in one place, `stemcal.cli.exit_codes`.

@@ -66,7 +66,7 @@ def interval(
     missing: str = MISSING,
     bounded: tuple[bool, bool] = (True, True),
 ) -> str:
-    """Format an interval: ``≤ 10.00 to 18.96``; ≤ and ≥ mark ends that are not `bounded` by data, but by a range."""
+    """Format an interval: ``≤ 10.00 to 18.96``; ≤ or ≥ marks an end that is not `bounded`, only a limit of a range."""
     if not bounds:
         return missing
     low, high = (significant(end, digits) for end in bounds)

@@ -34,7 +34,7 @@ def fit_power_law(diameters: Sequence[float], forces: Sequence[float]) -> PowerL
     residual, n = float(np.sum((y - intercept - slope * x) ** 2)), len(y)  # residual sum of squares
     interval = None
     if n > 2:
-        # b ± t(0.975, n − 2)·s/√Σ(x − x̄)²
+        # b ± t(0.975, n − 2)·s/√Σ(x − x̄)², with the residual standard deviation s
         error = sqrt(residual / (n - 2) / float(np.sum((x - x.mean()) ** 2)))
         half_width = float(stdtrit(n - 2, 0.975)) * error
         interval = (slope - half_width, slope + half_width)

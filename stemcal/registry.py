@@ -63,7 +63,7 @@ class Registry(Generic[T]):
     @cached_property
     def built_in(self) -> tuple[T, ...]:
         """The built-in objects, in order."""
-        return tuple(_at(place) if isinstance(place, str) else place for place in self._places)
+        return tuple(_instance_at(place) if isinstance(place, str) else place for place in self._places)
 
     @cached_property
     def _entries(self) -> dict[str, EntryPoint]:
@@ -125,7 +125,7 @@ class Registry(Generic[T]):
         logger.warning("%s was skipped: %s: %s", entry.name, _package(entry), reason)
 
 
-def _at(place: str) -> Any:
+def _instance_at(place: str) -> Any:
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)()
 

@@ -144,7 +144,7 @@ WHOLE_CUT = ("cutting_energy", "first_fracture_force", "first_fracture_travel")
 """Responses of a test in which the stem is cut through completely."""
 _WHOLE_CUT: Any = {"tests": frozenset({CUT}), "why_only": "only a cut all the way through the stem has it"}
 
-# The built-in responses, in the order of records of laboratory tests.
+# The built-in responses, in the order in which records of laboratory tests contain them.
 TABLE: tuple[Response, ...] = (
     Response(
         *("slope", "Slope", "k", "N/mm"),

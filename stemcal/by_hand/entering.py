@@ -109,7 +109,7 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
 
 def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dict[str, Request]:
     """Return the runs whose results may be entered, by key; if there are rows, after continuing the study."""
-    waiting = None  # also if a stage fails: the rows may correct the results that made it fail
+    waiting = None  # stays None if a stage fails; the rows may correct the results that caused the failure
     with suppress(StemcalError):
         if not rows:
             return enterable_runs(study, folder, None)
@@ -207,7 +207,7 @@ def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, beca
 
 
 def advance_study(study: Study, folder: StudyFolder) -> Waiting | None:
-    """Compute all stages that have their results; return the pending runs, or None if all stages are complete."""
+    """Compute stages until results are missing; return the pending runs, or None if all stages are complete."""
     try:
         for stage in stages_of(study):
             make(stage, study, folder, InlineExecutor(), watch_nothing)
@@ -217,7 +217,7 @@ def advance_study(study: Study, folder: StudyFolder) -> Waiting | None:
 
 
 def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Request]:
-    """Return all pending runs of the waiting stage as far as known; replicates in random order, against drift."""
+    """Return all known pending runs of the waiting stage; replicates in random order, so that drift causes no bias."""
     study = stage_called(waiting.stage).seen(study)
     solver = make_solver(study)
     wanted = by_key(solver, waiting.requests)

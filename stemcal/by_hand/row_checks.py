@@ -65,10 +65,10 @@ def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
     if (number := row.levels.get(REPLICATE, "")) and REPLICATE not in study.names and number != str(run.replicate):
         message = f"{row.run} has no replicate {number!r}; write the number as in the sheet"
         return RowRefused(row, "other_replicate", message)
-    asked = [(f.name, run.levels[f.name], _LEVEL * (f.high - f.low), f.unit) for f in study.factors]
+    requested = [(f.name, run.levels[f.name], _LEVEL * (f.high - f.low), f.unit) for f in study.factors]
     if (at := study.naming.condition) is not None:
-        asked.append((at.name, run.condition, _LEVEL * abs(run.condition), at.unit))
-    for name, level, near, unit in asked:
+        requested.append((at.name, run.condition, _LEVEL * abs(run.condition), at.unit))
+    for name, level, near, unit in requested:
         if name not in row.levels:  # a level without a column is not checked
             continue
         entered = nan

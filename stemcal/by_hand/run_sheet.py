@@ -137,19 +137,19 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
         message = f"{source} is larger than {MAX_BYTES // MIB} MiB; save the worksheet with the runs as a separate file"
         raise UsageError(message)
     if (sheets := workbook(content, source)) is not None:
-        return _of_lines(_lines_of_workbook(sheets, source), source, study, partial)
+        return _filled_rows(_lines_of_workbook(sheets, source), source, study, partial)
     text = decoded_table(content, None, Path(source))[0]
     if "\0" in text:
         raise UsageError(f"{source} is not a text file; save the sheet as .xlsx or CSV")
-    return _of_lines(_split(text, source), source, study, partial, complete=text.endswith(("\n", "\r")))
+    return _filled_rows(_split(text, source), source, study, partial, complete=text.endswith(("\n", "\r")))
 
 
 def rows_from_mappings(rows: Sequence[Mapping[str, Any]], study: Study) -> list[Filled]:
-    """Convert mappings of column names to cells into rows; the key ``failed`` contains why a run failed."""
+    """Convert mappings (column name to cell) to rows; the key ``failed`` contains the reason of a failed run."""
     fields = fields_of(study)
     lines = [(0, [field.heading for field in fields])]
     lines += [(number, _cells(row, f"row {number}", fields)) for number, row in enumerate(rows, 1)]
-    filled_rows = _of_lines(lines, "row", study, partial=True)
+    filled_rows = _filled_rows(lines, "row", study, partial=True)
     return [replace(row.without_empty_levels(), place=row.place.replace(":", " ")) for row in filled_rows]
 
 
@@ -201,7 +201,7 @@ def _head(lines: Lines) -> int | None:
     return next((i for i, (_, cells) in enumerate(lines) if RUN in [narrow(c).casefold() for c in cells]), None)
 
 
-def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: bool = True) -> list[Filled]:
+def _filled_rows(lines: Lines, source: str, study: Study, partial: bool, complete: bool = True) -> list[Filled]:
     head = _head(lines)
     if head is None:
         raise UsageError(f"{source}: no row contains the `{RUN}` heading; fill in the sheet that stemcal wrote")
@@ -217,10 +217,10 @@ def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: 
     return [
         Filled(
             place=f"{source}:{number}",
-            run=_of(cells, columns, "run")[RUN],
-            values=_of(cells, columns, "response"),
-            levels=_of(cells, columns, *_LEVEL_KINDS),
-            origin=_of(cells, columns, "origin", "study"),
+            run=_cells_of_kind(cells, columns, "run")[RUN],
+            values=_cells_of_kind(cells, columns, "response"),
+            levels=_cells_of_kind(cells, columns, *_LEVEL_KINDS),
+            origin=_cells_of_kind(cells, columns, "origin", "study"),
             units=units,
             decimal=decimal,
             broken=_broken(len(cells), width, number == cut),
@@ -260,6 +260,6 @@ def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> t
     return places, units
 
 
-def _of(cells: Sequence[str], columns: Mapping[Field, int], *kinds: Kind) -> dict[str, str]:
+def _cells_of_kind(cells: Sequence[str], columns: Mapping[Field, int], *kinds: Kind) -> dict[str, str]:
     places = {column.name: place for column, place in columns.items() if column.kind in kinds}
     return {name: narrow(cells[place]) if place < len(cells) else "" for name, place in places.items()}

@@ -120,7 +120,7 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
     for filled_row in filled(content, path.name, study, partial=True):
         cells = replace(filled_row.without_empty_levels(), run=filled_row.run_name)
         try:
-            known.setdefault(cells.run, []).append(_known(study, cells))
+            known.setdefault(cells.run, []).append(_known_row(study, cells))
         except RowRefused as refused:
             wrong.append(str(refused))
     if wrong := wrong or _gaps(path.name, known) or _unlikely_values(study, known):
@@ -150,7 +150,7 @@ def _number(run: str) -> int:
     return int(number) if stage.isalpha() and number.isascii() and number.isdigit() and len(number) < 10 else 0
 
 
-def _known(study: Study, cells: Filled) -> _KnownRow:
+def _known_row(study: Study, cells: Filled) -> _KnownRow:
     if cells.broken:
         raise RowRefused(cells, "broken_row", cells.broken)
     if _number(cells.run) < 1:

@@ -53,7 +53,7 @@ def exit_codes() -> Iterator[None]:
             count = len(error.problems) if isinstance(error, SpecError) else 1
             _leave(f"the spec has {count} problems\n{error}" if count > 1 else str(error), error.exit_code)
         except BaseException as error:  # includes SystemExit from a plug-in or a library
-            if isinstance(error, typer.Exit | typer.Abort) or hasattr(error, "show"):  # usage errors print themselves
+            if isinstance(error, typer.Exit | typer.Abort) or hasattr(error, "show"):  # typer prints usage errors
                 envelope.print(_status_of(getattr(error, "exit_code", 1)))
                 raise
             try:
@@ -99,12 +99,12 @@ def _unexpected(error: BaseException) -> str:
 
 def prepare_process() -> None:
     """Correct environment variables, and make outputs usable that are closed or cannot encode all characters."""
-    os.environ["MPLBACKEND"] = "agg"  # figures go to files
+    os.environ["MPLBACKEND"] = "agg"  # needs no display, since figures are only written to files
     try:
         datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "0")), UTC)
     except (ValueError, OverflowError, OSError):
         del os.environ["SOURCE_DATE_EPOCH"]
-    for descriptor in (0, 1, 2):  # the next opened file would get the number of a closed one, and output go to it
+    for descriptor in (0, 1, 2):  # a file opened later would get the number of a closed one, and receive the output
         with suppress(OSError):
             os.fstat(descriptor)
             continue

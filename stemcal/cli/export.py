@@ -136,7 +136,7 @@ def films(records: Records) -> dict[str, str]:
 
 
 def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -> Path:
-    """Write the animation of this name as a GIF and return its path; ``animation`` means the calibration diameter."""
+    """Write an animation as a GIF and return its path; `name` without a diameter means the calibration diameter."""
     from stemcal.cutting.end_state import Shape
     from stemcal.formats import short
     from stemcal.report.fracture import write_animation

@@ -81,10 +81,10 @@ def export_deck(
             note(f"wrote {file}")
 
 
-def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna", "openradioss"]:
+def _program_of(study: Study, path: Path, requested: str | None) -> Literal["lsdyna", "openradioss"]:
     """Return the program for which the deck is written; `UsageError` if unknown, or not that of file name or study."""
     own = study.solver.program_name if study.kind.writes_decks else None
-    chosen = asked or ("openradioss" if path.suffix == RADIOSS else own)
+    chosen = requested or ("openradioss" if path.suffix == RADIOSS else own)
     if chosen == "lsdyna" and path.suffix == RADIOSS:
         raise UsageError(f"{path}: LS-DYNA cannot read {RADIOSS} files; name the deck {path.stem}.k")
     if own is not None and chosen != own:

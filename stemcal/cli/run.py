@@ -238,13 +238,13 @@ def report(
 
     study, folder, results = finished_work(spec, out, quiet)
     page = draw(study, folder, results, verdict_of(study, folder, results), again=True)
-    drawn = folder.path / "figures"
+    figures = folder.path / "figures"
     if show and not webbrowser.open(page.resolve().as_uri()):
         warn(f"No browser was found. Open {page} in a browser.")
     if as_json:
-        say_json({"page": str(page), "figures": str(drawn)})
+        say_json({"page": str(page), "figures": str(figures)})
     else:
-        say_whole(f"Report: {page}", f"Figures: {drawn}")
+        say_whole(f"Report: {page}", f"Figures: {figures}")
 
 
 _Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Run sheet with the results (`.csv` or `.xlsx`).")]

@@ -1,4 +1,4 @@
-"""`stemcal init` writes a commented spec; `stemcal check` lists all errors in a spec, or its computing time."""
+"""`stemcal init` writes a commented spec; `stemcal check` lists all errors in a spec, or estimates its runs."""
 
 from __future__ import annotations
 

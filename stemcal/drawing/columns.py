@@ -76,7 +76,7 @@ def ratio(value: float | None) -> str:
 
 
 def response_decimals(response: Variable, values: Iterable[float | None], usual: int = 2) -> int:
-    """Return the number of decimals for values of a response: `usual`, or more if it is not the force and is small."""
+    """Return the number of decimals for values of a response: `usual` for the force, more for small other values."""
     return usual if response == FORCE else decimals(values, usual)
 
 

@@ -30,7 +30,7 @@ COLOURS = {INK: "currentColor", **_OF_THE_PAGE}
 _INCH = 25.4
 _ATTEMPTS = 6  # largest number of attempts to fit a three-dimensional view into its figure
 # A higher compression level of PNG would take twice as long and save only 10 %.
-_PACKED: dict[str, dict[str, Any]] = {"png": {"compress_level": 3}, "tiff": {"compression": "tiff_lzw"}}
+_PIXEL_OPTIONS: dict[str, dict[str, Any]] = {"png": {"compress_level": 3}, "tiff": {"compression": "tiff_lzw"}}
 
 _FONTS = (
     *("DejaVu Sans", "Microsoft YaHei", "SimHei", "SimSun", "PingFang SC", "Hiragino Sans GB", "Noto Sans CJK SC"),
@@ -162,7 +162,7 @@ def save(figure: Figure, path: Path, dpi: float = 200) -> None:
     logging.getLogger("matplotlib.backends.backend_ps").setLevel(logging.ERROR)
     file = io.BytesIO()
     with styled():
-        if kind in _PACKED:
+        if kind in _PIXEL_OPTIONS:
             _save_pixels(kind, figure, file, dpi)
         else:
             figure.savefig(file, format=kind, dpi=dpi, facecolor="white", metadata=_anonymous(kind))
@@ -176,7 +176,7 @@ def _save_pixels(kind: str, figure: Figure, file: IO[bytes], dpi: float) -> None
     figure.savefig(drawn, format="rgba", dpi=dpi, facecolor="white")
     width, height = (int(inches * dpi) for inches in figure.get_size_inches())
     image = Image.frombuffer("RGBA", (width, height), drawn.getvalue(), "raw", "RGBA", 0, 1)
-    image.convert("RGB").save(file, kind, dpi=(dpi, dpi), **_PACKED[kind])
+    image.convert("RGB").save(file, kind, dpi=(dpi, dpi), **_PIXEL_OPTIONS[kind])
 
 
 def resize(figure: Figure, width: float) -> None:

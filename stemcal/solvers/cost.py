@@ -14,8 +14,8 @@ from stemcal.solvers.laboratory_runs import AnyTest
 
 # Computing time of one time step, and of one element in a step, on one core of a small machine, s.
 _STEP, _ELEMENT = 10.0e-6, 0.055e-6
-# Usual travel, in stem diameters, until a stem fractures, and until it is cut through: (between two supports, next to
-# a clamp). Next to a clamp, the blade flattens the stem first.
+# Usual travel in stem diameters: until a stem fractures, and until it is cut through (between two supports, and next
+# to a clamp, where the blade flattens the stem first).
 _UNTIL_BROKEN, _UNTIL_SEVERED = 0.09, (0.6, 1.2)
 _FLAT = 0.5  # stable time step of the smallest element, which is flat, over that of a cube with the same volume
 
@@ -43,7 +43,7 @@ def _cutting_steps(test: ShearTest) -> tuple[float, float]:
 
 
 def _laboratory_steps(test: LaboratoryTest) -> tuple[float, float]:
-    elements, smallest = _mesh_size(replace(test, material=_ANY))  # one cache entry, since the mesh has no material
+    elements, smallest = _mesh_size(replace(test, material=_ANY))  # one material, so that the cache serves all
     how, material = integration(test), test.material
     speed = (material.p_wave_modulus / (how.mass_scaling * material.density)) ** 0.5
     return test.loading.duration * speed / (how.safety * smallest), elements

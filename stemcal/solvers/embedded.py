@@ -45,7 +45,7 @@ class Embedded(Solver):
     of_spec_alone = True
 
     study: Study
-    drawn: bool = True
+    random_offset: bool = True
     """Whether the mesh positions of replicates have a random offset, which depends on the levels of the run."""
 
     def prepare(self) -> None:
@@ -142,7 +142,7 @@ class Embedded(Solver):
         """Return the test with its mesh shifted by 0 to ½ of an element; the shift differs between replicates."""
         if not request.replicate:
             return test
-        offset = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED if self.drawn else 0.5
+        offset = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED if self.random_offset else 0.5
         count = max(self.study.solver.repeats, request.replicate)  # an old record may have a larger replicate number
         return placed(test, (request.replicate - 1 + offset) / (2 * count))
 

@@ -14,7 +14,7 @@ from stemcal.fem.state import State
 
 FRAMES = 24
 LARGEST = 10_000  # largest number of nodes; of a finer mesh, only the final state is stored
-_STEPS = 2000  # values are rounded to the largest value / _STEPS; smaller differences are invisible in a picture
+_STEPS = 2000  # number of steps from 0 to the largest value; smaller differences are invisible in a picture
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,8 @@ class Film:
             attached[shape.hexes[moment.standing].ravel()] = True  # loose nodes fly far away and are not drawn
             moved.append(np.where(attached[:, None], moment.nodes - shape.reference, 0.0))
         return {
-            "travel": _at(times, history.time, history.travel),
-            "force": _at(times, history.time, history.force_filtered),
+            "travel": _interpolated(times, history.time, history.travel),
+            "force": _interpolated(times, history.time, history.force_filtered),
             "stroke": round(float(history.travel[-1]), 4),
             "standing": packed_text(np.packbits(np.array([moment.standing for moment in moments]), axis=1), "|u1"),
             "displacement": _quantised(np.array(moved)),
@@ -101,7 +101,7 @@ def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
     ]
 
 
-def _at(times: list[float], known: Array, values: Array) -> list[float]:
+def _interpolated(times: list[float], known: Array, values: Array) -> list[float]:
     return [round(float(value), 4) for value in np.interp(times, known, values)]
 
 

@@ -30,7 +30,7 @@ AnyTest = LaboratoryTest | ShearTest
 
 
 def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
-    """Return the laboratory tests of a run: at a fitted diameter all that were measured, else those measured at it."""
+    """Return the laboratory tests of a run: all measured tests if its diameter is fitted, else those measured at it."""
     fitted = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     everywhere = any(abs(diameter - at) < 1e-6 for at in fitted)
     return tuple(test for test in study.tests if (test.targets if everywhere else test.means_at(diameter)))

@@ -209,7 +209,7 @@ def run_in(
     read: Callable[[ProgramRun], Answer],
     seconds: float | None = None,
 ) -> Answer:
-    """Run a command, at most for `seconds` (default: time limit of the spec); return the answer from `read`."""
+    """Run a command, at most for `seconds` (default: time limit of the spec); return the answer that `read` returns."""
     try:
         finished = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
     except OSError as error:
@@ -241,7 +241,7 @@ _IF_WRITTEN = {"ends_with"}  # keys that are in a record only if the spec has th
 
 @dataclass(frozen=True)
 class Command(Program[CommandSolver]):
-    """Answers requests by any program; see `solvers.options.CommandSolver`."""
+    """Answers requests by running any program; see `solvers.options.CommandSolver`."""
 
     def prepare(self) -> None:
         executable(self.options.command[0], self.study.source.parent)

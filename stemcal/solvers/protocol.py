@@ -89,11 +89,11 @@ class Solver:
         """Prepare the current process for its first run; this time does not count towards the time limit."""
 
     def placed(self, _folder: Path) -> Self:
-        """Return the solver with a folder for the files of its runs."""
+        """Return a copy of the solver that keeps the files of its runs in a folder."""
         return self
 
     def given_design(self, _stage: str) -> list[dict[str, float]] | None:
-        """Return the design of a stage (levels of each row) from the solver's file; None if the solver has no file."""
+        """Return the design of a stage (levels of each row) in the sheet `solver.file`; None without such a sheet."""
         return None
 
     def has_result(self, _request: Request) -> bool:
@@ -101,7 +101,7 @@ class Solver:
         return False
 
     def table_of(self, _stage: str) -> list[Any]:
-        """Return the rows of a stage in the solver's file, with levels and known answers, as JSON values."""
+        """Return the rows of a stage in the sheet `solver.file`, with levels and known answers, as JSON values."""
         return []
 
     def write_inputs(self, _place: Path, _name: str, _request: Request) -> None:
@@ -112,7 +112,7 @@ class Solver:
         return None
 
     def cost_by_test(self, _request: Request) -> dict[str, float]:
-        """Return the approximate seconds of each test of a run on one core; nothing if unknown."""
+        """Return the approximate seconds of each test of a run on one core; empty if unknown."""
         return {}
 
     def memory_estimate(self, _request: Request) -> float | None:

@@ -23,7 +23,7 @@ from stemcal.storage.plain import MIB, read_plain
 NUMBER = r"[-+]?(?:[0-9]{1,400}\.?[0-9]{0,400}|\.[0-9]{1,400})(?:[EeDd]?[-+][0-9]{1,9}|[EeDd][0-9]{1,9})?"
 _NUMBER = re.compile(rf"({NUMBER})", re.ASCII)
 _PARTS = re.compile(r"([-+]?[0-9.]+)[EeDd]?([-+]?[0-9]*)", re.ASCII)
-_NONE = re.compile(r"[-+]?(nan|inf|infinity)|\*+", re.IGNORECASE | re.ASCII)
+_NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)|\*+", re.IGNORECASE | re.ASCII)
 MAX_BYTES = 20 * MIB  # read in about a second
 _LONGEST_LINE = 10_000  # characters of a line that a pattern searches
 _ENDING = 10  # number of last lines that are searched for `ends_with`
@@ -181,7 +181,7 @@ _BEGINS = re.compile(r"\d\.?$|\d\.?[eEdD][-+]?$", re.ASCII)
 _MARK = "[,'’_\u00a0\u2009\u202f]"
 _AFTER = re.compile(rf"{_MARK}\d", re.ASCII)
 _BEFORE = re.compile(rf"\d{_MARK}$|[-−–.]$", re.ASCII)
-_COLUMNS = re.compile(r"\.\{\d+\}\)")  # a group of fixed width: columns may touch
+_COLUMNS = re.compile(r"\.\{\d+\}\)")  # a group of fixed width, which ends within digits if columns have no gap
 
 # A number with spaces as thousands separators. No other number is next to it, unlike in a row of a table.
 _GROUPED = re.compile(r"(?<![\d.,])(?<!\d )[1-9]\d{0,2}( \d{3})+([.,]\d+)?(?! ?[\d.,+-])", re.ASCII)
@@ -224,7 +224,7 @@ def _is_part_of_number(match: re.Match[str], group: str | int, previous_end: int
     others = [line[:place] + "\N{SECTION SIGN}" + line[place + 1 :] for place in marks]
     if any(other.span(group) == match.span(group) for text in others for other in match.re.finditer(text)):
         return True
-    # if the pattern also matches without the mark, such as a sign, the mark is optional
+    # neither if it matches the line without the mark, such as an optional sign
     unsigned = [line[:place] + line[place + 1 :] for place in marks if place < start]
     return any(other.start(group) == start - 1 for text in unsigned for other in match.re.finditer(text))
 
@@ -253,4 +253,4 @@ def _number_of(text: str) -> float | None:
         parts = _PARTS.fullmatch(text)
         assert parts is not None
         return float(f"{parts[1]}e{parts[2] or 0}")
-    return float("nan") if _NONE.fullmatch(text) else None
+    return float("nan") if _NOT_FINITE.fullmatch(text) else None

@@ -40,10 +40,10 @@ class Replicates:
 
 def values_of(request: Request, seed: int = 0, naming: Vocabulary = CUTTING) -> dict[str, str]:
     """Return the text for each placeholder; a factor has priority over a built-in placeholder of the same name."""
-    drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
+    built_in = {SEED: str(seed), REPLICATE: str(request.replicate)}
     levels = {name: repr(float(value)) for name, value in request.levels.items()}
     at = {} if naming.condition is None else {naming.condition.name: repr(float(request.condition))}
-    return {**drawn, **at, **levels}
+    return {**built_in, **at, **levels}
 
 
 def seed_of(request: Request) -> int:

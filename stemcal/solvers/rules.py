@@ -46,7 +46,7 @@ class _Templated(Protocol):
 
 
 def _texts(solver: _Templated) -> Iterator[tuple[NodePath, str, bytes | OSError]]:
-    """Yield (place in the spec, file name, content or read error) of the templates; arguments have the file name ""."""
+    """Yield texts that may have placeholders: place in the spec, file name ("" for an argument), content or error."""
     for index, path in enumerate(solver.templates):
         try:
             yield ("solver", "templates", index), path.name, template_bytes(path)

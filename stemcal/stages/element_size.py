@@ -101,7 +101,7 @@ def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float
 
     meshed = meshed_as(there, size)
     placed = meshed.model_copy(update={"solver": meshed.solver.model_copy(update={"replicates": positions})})
-    simulate = replace(work, study=placed, solver=Embedded(placed, drawn=False)).simulating(STAGE)
+    simulate = replace(work, study=placed, solver=Embedded(placed, random_offset=False)).simulating(STAGE)
     start, at, aim = levels[_STRAIN], there.calibration_target.condition, there.calibration_target.response
     path = SearchPath((Mover(_STRAIN, start, _LOWEST, _HIGHEST, _FIRST_SLOPE / start),))
     steps = PathSteps(path, levels, at, aim, aim)

@@ -164,7 +164,7 @@ def test_only_the_embedded_solver_has_its_settings(tmp_path: Path) -> None:
 def test_the_mesh_of_a_replicate_is_in_its_part_of_half_an_element(tmp_path: Path) -> None:
     """Without chance in the middle of its part: of four replicates 1/16, 3/16, 5/16 and 7/16 of an element."""
     study = load_study(CONFIGS / "smoke.yaml", solver={"replicates": 4})
-    fixed = Embedded(study, drawn=False)
+    fixed = Embedded(study, random_offset=False)
     requests = [Request("rsm", 0, study.midlevels(), 8.0, replicate=n) for n in (1, 2, 3, 4)]
     assert [fixed._test(run).discretisation.shift for run in requests] == pytest.approx(
         [0.0625, 0.1875, 0.3125, 0.4375]

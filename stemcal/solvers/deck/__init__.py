@@ -18,8 +18,8 @@ from stemcal.storage.atomic import write_atomic
 __all__ = ["Deck", "DeckForm", "deck_text"]
 
 _SECTIONS = ("specimen", "blade", "supports", "loading", "contact")
-# Keys omitted from `options` in the identity of a run: two have separate entries, and two do not change an answer.
-_APART = {"environment", "time_limit", "files", "home"}
+# Keys omitted from `options` in an identity: time limit and folder do not change an answer, two are separate entries.
+_NOT_DETERMINING = {"environment", "time_limit", "files", "home"}
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class DeckProgram(Program[DeckSolver]):
         study, stem = self.study.at(request.levels), self.study.stem_at(request.levels, request.condition)
         dump = study.model_dump(mode="json")
         return {
-            "options": self.options.model_dump(mode="json", exclude=_APART),
+            "options": self.options.model_dump(mode="json", exclude=_NOT_DETERMINING),
             "model": {name: dump[name] for name in _SECTIONS},
             "material": self.study.parameters(request.levels, stem),
         }

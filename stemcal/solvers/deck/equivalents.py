@@ -91,8 +91,8 @@ def share_in_openradioss(mesh: Mesh, tool: Mesh, place: tuple[float, float, floa
     """Return the contact stiffness of a node on a tool's sharp edge in OpenRadioss, divided by K A²/V of a segment.
 
     OpenRadioss uses the mean of K A²/V and the stiffness K (2 Vₙ)^⅓ of the node (asstifi.F, i25cor3.F); Vₙ is ⅛ of the
-    volume of the elements at the node. It halves the mean (i25for3.F), because two surfaces usually push nodes of each
-    other. Here, only the nodes of the sharp edge are pushed.
+    volume of the elements at the node. It halves this mean (i25for3.F), because usually the nodes of both surfaces
+    have contact forces. With a sharp edge, only the nodes of the edge have them.
     """
     _, segment = _segment(mesh, place)
     nearest = int(np.argmin(np.linalg.norm(tool.nodes - place, axis=1)))
@@ -101,7 +101,7 @@ def share_in_openradioss(mesh: Mesh, tool: Mesh, place: tuple[float, float, floa
 
 
 def _segment(mesh: Mesh, place: tuple[float, float, float]) -> tuple[Ints, float]:
-    """Return the corners of the surface face that is nearest to a place, and its A²/V (mm)."""
+    """Return the corners of the surface face nearest to a place, and A²/V (mm) of its area and its element's volume."""
     elements, sides = np.nonzero(mesh.neighbours() < 0)
     corners = mesh.hexes[elements[:, None], np.asarray(FACES)[sides]]
     nearest = int(np.argmin(np.linalg.norm(mesh.nodes[corners].mean(axis=1) - place, axis=1)))

@@ -84,7 +84,7 @@ class DeckForm:
 
     @property
     def by_density(self) -> bool:
-        """Whether the density of the stem is increased, because added nodal mass makes OpenRadioss's field diverge."""
+        """Whether the density of the stem is increased, since OpenRadioss's nonlocal field diverges with added mass."""
         return self.lengths and not self.for_ls_dyna
 
 

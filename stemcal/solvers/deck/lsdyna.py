@@ -32,7 +32,7 @@ _ROW = re.compile(
 
 
 def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer]) -> Answer:
-    """Run the deck in `folder`; return the answer of `peak`, or a failed answer with the reason."""
+    """Run the deck in `folder`; return the answer that `peak` makes from the blade force, or a failed answer."""
     return run_command(folder, options.command, options, spec_folder, {"deck": DECK}, partial(_read, folder, peak))
 
 

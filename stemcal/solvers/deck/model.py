@@ -151,7 +151,7 @@ class Deck:
     def is_sharp(self) -> bool:
         """Whether the edge is a line, with the same number of nodes per stem element as in the embedded solver.
 
-        With only one node per element, stems of 11 mm were cut at 0.62 and 0.73 of the force in OpenRadioss.
+        With only one node per element, OpenRadioss cut stems of 11 mm at 0.62 and 0.73 times the correct force.
         """
         return self.nose == self.study.blade.edge_radius
 
@@ -206,7 +206,7 @@ class Deck:
 
     @property
     def card(self) -> dict[str, float]:
-        """The values of `material`, but with the density of the study and, for OpenRadioss, with β = 1."""
+        """The values that the program uses: `material`, but the density of the study, and β = 1 in OpenRadioss."""
         isotropic = {} if self.form.for_ls_dyna else {"beta": 1.0}
         density = self.material["ro"] if self.density_factor == 1.0 else self.parameters["density"]
         return {**self.material, **isotropic, "ro": density}

@@ -46,7 +46,7 @@ def engine_ran(folder: Path, finished: ProgramRun) -> Answer:
 
 
 def table_made(folder: Path, peak: Callable[..., Answer], finished: ProgramRun) -> Answer:
-    """Return the answer of a finished run; raise `SimulationFailed` if there is no table of time histories."""
+    """Return the answer that `peak` makes from the table of time histories; `SimulationFailed` if there is none."""
     if finished.code != 0 or not (folder / writer.TABLE).is_file():
         because = "" if (folder / writer.HISTORY).is_file() else f": the engine wrote no {writer.HISTORY}"
         raise SimulationFailed("no_history", f"th_to_csv exited with code {finished.code} and wrote no table{because}")
@@ -126,7 +126,7 @@ def deleted_elements(listing: str, printed: str) -> list[float]:
 def force_in_histories(text: str) -> ContactForce:
     """Return the force of the blade contact along z, FNZ + FTZ, from the table of time histories.
 
-    OpenRadioss stores impulses, which ``th_to_csv`` converts to forces by their titles. Raises `SimulationFailed`:
+    OpenRadioss stores impulses; ``th_to_csv`` converts those with a title to forces. Raises `SimulationFailed`:
     ``impulse`` if the table has no titles or its force never decreases, ``no_result`` if the contact is missing,
     ``nan`` or ``bad_result`` for invalid numbers.
     """

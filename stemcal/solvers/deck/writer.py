@@ -20,7 +20,7 @@ DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
     *("runT01", "runT01.csv"),
 )
 STARTER_INPUT = "run_0000.rad"  # includes the deck and adds nonlocal failure
-TITLES = "/TH/TITLE"  # titles of the time histories, by which th_to_csv converts impulses to forces
+TITLES = "/TH/TITLE"  # writes titles of the time histories, which th_to_csv needs to convert impulses to forces
 
 _STEEL_DENSITY = 7.8e-09  # density of blade and supports (Table 2 of the published study), t/mm³
 # Tools with the law of the stem: density in units of the stem's density; yield stress (MPa) and failure strain, which
@@ -133,7 +133,7 @@ def _part_cards(deck: Deck, tools: int) -> Iterator[str]:
 
 
 def _motion(deck: Deck, of: str) -> Iterator[str]:
-    """Yield the blade speed as −1 times a constant curve, whose columns are wide enough for all digits."""
+    """Yield the blade speed as −1 times a constant curve, whose columns have all digits. `of`: RIGID or (node) SET."""
     motion = {"pid" if of == "RIGID" else "nsid": BLADE, "dof": _ALONG_Z, "vad": _VELOCITY, "lcid": _CURVE, "sf": -1.0}
     yield from keyword(f"BOUNDARY_PRESCRIBED_MOTION_{of}", motion)
     yield from keyword("DEFINE_CURVE", {"lcid": _CURVE})
