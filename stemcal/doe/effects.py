@@ -74,10 +74,10 @@ def effects_of(
     Effect = 2β, in an orthogonal design mean(high) − mean(low) with SS = n/4·effect². Effects due to rounding are set
     to zero, because Lenth's method would otherwise find some of them significant.
     """
-    floor = ROUNDING * float(fit.response @ fit.response)
-    changes = np.where(fit.partial_ss[1:] <= floor, 0.0, 2.0 * fit.coefficients[1:])
+    squares = np.where(fit.partial_ss <= ROUNDING * float(fit.response @ fit.response), 0.0, fit.partial_ss)[1:]
+    changes = np.where(squares > 0.0, 2.0 * fit.coefficients[1:], 0.0)
     margins, effects = lenth(changes, alpha), []
-    for i, (name, ss) in enumerate(zip(names, fit.partial_ss[1:].tolist(), strict=True)):
+    for i, (name, ss) in enumerate(zip(names, squares.tolist(), strict=True)):
         f, p = f_test(ss, 1, mean_square, residual.df) or (None, None)
         effect, share = float(changes[i]), 0.0 if fit.flat else 100.0 * ss / fit.total_ss
         effects.append(Effect(name, symbols[i], effect, share, ss, f, p, effect / margins.pse if margins.pse else None))
