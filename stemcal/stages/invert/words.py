@@ -104,12 +104,12 @@ def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
 def invert_notes(stage: InvertResult) -> list[Note]:
     """Return notes on a solution: other solutions, validity, comparison with a power law, intervals."""
     names = Wording(stage.naming)
-    notes = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
+    notes = _single_target_notes(stage, names) if stage.joint is None else _joint_fit_notes(stage.joint, names)
     predicted = [] if stage.prediction is None else [predicted_note("left_out", stage.prediction, names)]
     return [*notes, *predicted, Note("known", "caution", " ".join(uncertainty(stage.certainty, stage, names)))]
 
 
-def _of_one(stage: InvertResult, names: Wording) -> Iterator[Note]:
+def _single_target_notes(stage: InvertResult, names: Wording) -> Iterator[Note]:
     point = stage.point
     if len(point.solution) > 1:
         text = (
@@ -125,7 +125,7 @@ def _of_one(stage: InvertResult, names: Wording) -> Iterator[Note]:
         yield Note("solution_outside", "warning", text)
 
 
-def _of_many(joint: JointFitted, names: Wording) -> Iterator[Note]:
+def _joint_fit_notes(joint: JointFitted, names: Wording) -> Iterator[Note]:
     if joint.further:
         text = "The means of different responses measured on the same specimens are treated as independent."
         if names.naming.is_cutting and any(row.response == "work" for row in joint.further):

@@ -63,9 +63,9 @@ def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> 
     `folder` is the folder of the spec, `own` are its sections as read, `data` the values as written.
     """
     borrowed, name = Borrowed(), own["material"].from_
-    place, beside = StudyFolder((folder / name).resolve()), folder / f"{Path(name).name}.yaml"
+    place, alongside = StudyFolder((folder / name).resolve()), folder / f"{Path(name).name}.yaml"
     spec = place.remembered_spec()
-    spec = beside if (spec is None or not spec.is_file()) and beside.is_file() else spec
+    spec = alongside if (spec is None or not spec.is_file()) and alongside.is_file() else spec
     if spec is None or not spec.is_file():
         message = f"{name[:100]} does not exist" if not place.path.is_dir() else f"{name[:100]} has no spec"
         borrowed.add(message, "run the calibration that writes this folder with `stemcal run SPEC`")

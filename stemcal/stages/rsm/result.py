@@ -77,7 +77,7 @@ class RsmResult(Surfaces, FitStatistics):
         return "+" if slope.value > 0.0 else "-"
 
     def drawn_between(self, name: str) -> Interval:
-        """Return the coded ends of a factor's axis in figures: it includes all runs and the design within the range."""
+        """Return the coded ends of a factor's axis in figures: they enclose all runs and the design in the range."""
         reach, factor, scale = self.radius or 1.0, self.factor(name), self.coding[name]
         runs = [run.levels[name] for run in self.design.runs]
         low, high = scale.natural(-reach), scale.natural(reach)

@@ -1,4 +1,4 @@
-"""The verdict of a study: the word, the reasons, and the use of the result."""
+"""The verdict of a study: calibrated, with reservations or not, the reasons, and where simulations agree."""
 
 from __future__ import annotations
 

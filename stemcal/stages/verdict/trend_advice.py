@@ -23,7 +23,7 @@ from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.units import fits
 from stemcal.vocabulary import DIAMETER, FIRST, Wording
 
-_LEAST_CHANGE = 0.03  # smallest relative change of the force over the diameters that is worth a parameter
+_LEAST_CHANGE = 0.03  # smallest relative change of measured/simulated force over the diameters that counts as a trend
 _BETTER = 0.6  # advice must reduce the largest error to this share of the present one
 _EXPONENTS = np.arange(-2.0, 2.001, 0.05)
 _CLOUD = 8
