@@ -49,7 +49,7 @@ def kinds(stage: InvertResult) -> dict[str, str]:
 def test_one_force_does_not_determine_two_factors(results: Any) -> None:
     stage = results.of(InvertResult)
     assert words.outcome(stage, LABELLED)[0].startswith("At yield stress = 18.37 MPa, ")
-    kept, free, *unseen, assumed = words.known(stage.certainty, stage, LABELLED)
+    kept, free, *unseen, assumed = words.uncertainty(stage.certainty, stage, LABELLED)
     assert kept.startswith("The maximum force at a diameter of 8 mm constrains yield stress to between ≤ 15.")
     assert free.endswith(" does not determine failure_strain or strain_rate_c.")
     assert len(unseen) == 2 and all(text.startswith("To first order, the maximum force") for text in unseen)

@@ -57,7 +57,7 @@ def test_one_force_and_a_prior_fix_both_parameters(tmp_path: Path) -> None:
     known = found.certainty
     assert known is not None and known.free == () and known.not_identified == ()
     assert known.intervals["failure_strain"] == pytest.approx((0.04 - 0.00392, 0.04 + 0.00392), abs=2e-4)
-    said = words.known(known, found, Wording(study.naming))
+    said = words.uncertainty(known, found, Wording(study.naming))
     assert said[0] == "The prior for failure_strain is 0.04 with a standard deviation of 0.002 (axial tension, n = 12)."
 
 
