@@ -8,4 +8,4 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 Mask = NDArray[np.bool_]
-Floats = Any  # in kernels: a number, or a vector with a number per lane, in single or double precision
+Floats = Any  # in kernels: a number, or a vector with a number for each SIMD lane, in single or double precision

@@ -73,7 +73,7 @@ class Variable:
         """The noun with a capital first letter, for a heading or the beginning of a sentence: ``Force``."""
         return capital(self.noun)
 
-    def counted(self, value: float, mean: float) -> float:
+    def table_value(self, value: float, mean: float) -> float:
         """Return the value for tables: if `apart`, the difference of `value` from the measured `mean`, else `value`."""
         return round(value - mean, 4) if self.apart else value
 
@@ -187,7 +187,7 @@ class Wording:
         return self.naming.condition or Variable("condition", "Condition", "", "1")
 
     @property
-    def placed(self) -> bool:
+    def has_condition(self) -> bool:
         return self.naming.condition is not None
 
     def factor(self, name: str) -> str:
@@ -222,7 +222,7 @@ class Wording:
     def at(self, *values: float) -> str:
         """Return the phrase `` at a diameter of 8 mm``; empty if the study has no condition."""
         of = ("a diameter of " if len(values) == 1 else "diameters of ") if self.condition == DIAMETER else ""
-        return f" at {of}{self.conditions(values)}" if self.placed else ""
+        return f" at {of}{self.conditions(values)}" if self.has_condition else ""
 
 
 def program(kind: str) -> str:

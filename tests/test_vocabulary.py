@@ -24,7 +24,7 @@ def test_units_of_a_variable() -> None:
 
 
 def test_a_score_is_shown_as_its_difference_from_the_mean() -> None:
-    assert (FORCE.counted(178.5, 180.0), SCORE.counted(178.5, 180.0)) == (178.5, -1.5)
+    assert (FORCE.table_value(178.5, 180.0), SCORE.table_value(178.5, 180.0)) == (178.5, -1.5)
 
 
 def test_other_responses() -> None:

@@ -102,6 +102,6 @@ def from_means(rows: Iterable[dict[str, Any]], names: Wording) -> list[dict[str,
     shown = []
     for row in rows:
         if (named := names.naming.named(row["response"])).apart:
-            row = row | {key: named.counted(row[key], row["measured"]) for key in _VALUES if row.get(key) is not None}
+            row = row | {k: named.table_value(row[k], row["measured"]) for k in _VALUES if row.get(k) is not None}
         shown.append(row)
     return shown

@@ -21,10 +21,7 @@ _FLAT = 0.5  # stable time step of the smallest element, which is flat, over tha
 
 
 def seconds(test: AnyTest) -> float:
-    """Return the computing time of a test, s: number of time steps times computing time per step; inf if a step is 0 s.
-
-    The smallest element determines the time step.
-    """
+    """Return the computing time (s). The smallest element sets the number of time steps; inf if a step is 0 s."""
     steps, elements = _laboratory_steps(test) if isinstance(test, LaboratoryTest) else _cutting_steps(test)
     return float(steps * (_STEP + _ELEMENT * elements))
 

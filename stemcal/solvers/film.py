@@ -37,7 +37,7 @@ class _Moment:
 
 
 class Film:
-    """Records at most `FRAMES` states between start and end; if there are more, every second one is dropped."""
+    """Records states of the stem, evenly spaced in time; if more than `FRAMES` come, every second one is dropped."""
 
     def __init__(self) -> None:
         self.every, self.seen = 1, 0

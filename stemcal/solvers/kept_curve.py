@@ -26,10 +26,11 @@ def kept_curve(travel: Array, force: Array) -> dict[str, list[float]]:
 
 
 def curve_scores(modes: CurveModes | None, travel: Array, force: Array, broke: float | None = None) -> dict[str, float]:
-    """Return the scores of a simulated curve (mm, N) on the measured modes, by response name; {} without modes.
+    """Return the scores of a simulated curve (mm, N), by response name; {} if no curves were measured (no `modes`).
 
-    The curve is used up to the travel at which the stem `broke` (mm). Raises `SimulationFailed` if the force does not
-    exceed the preload of the measured curves, or has no rise.
+    A mode is a principal component of the measured curves, and a score the part of the curve along a mode. The curve is
+    used up to the travel (mm) at which the stem `broke`. Raises `SimulationFailed` if the force does not exceed the
+    preload, or has no rise.
     """
     if modes is None:
         return {}

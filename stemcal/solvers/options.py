@@ -15,7 +15,7 @@ from stemcal.vocabulary import FIRST
 BREAK_DROP = 0.5
 # Blade speed (mm/s; 100 mm/min) up to which the mass scaling and the time step are those of the spec.
 _SLOW = 100.0 / 60.0
-# Keys that the embedded solver and the decks of other programs share.
+# Types of keys that the embedded solver and the deck solver share.
 _ThroughWall = Annotated[
     Annotated[Whole, Field(ge=1, le=50)] | None,
     Field(
@@ -117,7 +117,7 @@ class EmbeddedSolver(SolverOptions):
 
 
 MOST_FILES = 100
-# Time for reading a result, s. A regular expression may search for ever, and Python cannot be interrupted meanwhile.
+# Time limit for reading a result, s. A regular expression may search for ever, and only ending its process stops it.
 _READING_S = 10.0
 
 

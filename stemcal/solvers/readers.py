@@ -224,7 +224,7 @@ def _is_part_of_number(match: re.Match[str], group: str | int, previous_end: int
     others = [line[:place] + "\N{SECTION SIGN}" + line[place + 1 :] for place in marks]
     if any(other.span(group) == match.span(group) for text in others for other in match.re.finditer(text)):
         return True
-    # neither if it matches the line without the mark, such as an optional sign
+    # the pattern does not require the mark either if it matches the line without the mark, as for an optional sign
     unsigned = [line[:place] + line[place + 1 :] for place in marks if place < start]
     return any(other.start(group) == start - 1 for text in unsigned for other in match.re.finditer(text))
 

@@ -22,7 +22,7 @@ def repeated(requests: Sequence[Request], times: int) -> list[Request]:
 
 @dataclass(frozen=True)
 class Replicates:
-    """The replicates of a point.
+    """The replicates of a design point.
 
     values    the first response of each replicate that succeeded
     keys      the record keys of all replicates

@@ -22,7 +22,7 @@ _RADIOSS_LENGTH = 2.0
 # L/ℓ for LS-DYNA. Both averages have the same mean r²: 3/5 L² for the weight (1 + (r/L)⁸)⁻² of LS-DYNA, which is almost
 # a ball of radius L, and 3/2 ℓ² for exp(−r²/ℓ²).
 _DYNA_LENGTH = sqrt(2.5)
-# Ratio r/s of a rounded edge of radius r that cuts at the same force as a sharp edge with the edge spread s.
+# Ratio r/s: a rounded edge of radius r cuts at the same force as a sharp edge whose force is spread over the length s.
 _NOSE = 1.4
 # A rate law is written only if it increases the yield stress by this share or more at the highest strain rate.
 _NO_EFFECT = 1e-3
@@ -44,7 +44,7 @@ def density_factor(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Ma
 
 
 def nose_radius(spread: float) -> float:
-    """Return the radius (mm) of a rounded edge that cuts at the same force as a sharp edge with a spread (mm)."""
+    """Return the radius (mm) of a rounded edge that cuts at the force of a sharp edge spread over `spread` (mm)."""
     return _NOSE * spread
 
 

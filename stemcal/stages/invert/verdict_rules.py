@@ -104,7 +104,7 @@ def _all_out_of_reach(evidence: Evidence, surface: Surfaces, point: Point, joint
 
 def _contradiction(apart: Contradicted, names: Wording) -> str:
     named = names.naming.named(apart.response)
-    values = (named.counted(value, apart.measured) for value in (apart.measured, apart.low, apart.high))
+    values = (named.table_value(value, apart.measured) for value in (apart.measured, apart.low, apart.high))
     measured, low, high = (f"{short(value, 4)}{named.unit_suffix}" for value in values)
     return (
         f"The measured {named.long}{names.at(apart.condition)} ({measured}) contradicts the other measurements, which "

@@ -124,8 +124,8 @@ def validate_notes(stage: ValidateResult) -> Iterator[Note]:
     """Yield notes on the fitted values, the growth of the force with the diameter, a power law, and the travel."""
     names = Wording(stage.naming)
     if stage.fitted:
-        where = names.at(*stage.fitted) if names.placed else " of a fitted response"
-        values = "these measurements" if names.placed and len(stage.fitted) > 1 else "the same measurement"
+        where = names.at(*stage.fitted) if names.has_condition else " of a fitted response"
+        values = "these measurements" if names.has_condition and len(stage.fitted) > 1 else "the same measurement"
         text = f"The error{where} is not an independent check because the parameters were fitted to {values}."
         yield Note("fitted", "info", text)
     lab, model = stage.measured_exponent, stage.simulated_exponent

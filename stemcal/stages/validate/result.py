@@ -123,4 +123,5 @@ class ValidateResult(StageResult):
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         names = Wording(self.naming)
         for number, row in enumerate(self.rows, 1):
-            yield names.conditions([row.compared.condition]) if names.placed else f"{self.name} {number}", row.outcome
+            place = names.conditions([row.compared.condition]) if names.has_condition else f"{self.name} {number}"
+            yield place, row.outcome

@@ -61,7 +61,7 @@ def _validation_table(stage: ValidateResult, names: Wording) -> Table:
         ERROR,
         *([_LEFT_OUT] if any(row.left_out_percent is not None for row in stage.compared) else []),
     ]
-    worst = [_errors_in_short(stage, names)] if names.placed else []
+    worst = [_errors_in_short(stage, names)] if names.has_condition else []
     title = f"Measured and simulated {names.response.long}"
     return Table.of(columns, stage.rows, title, (*worst, "Error in % = 100·(measured − simulated)/measured."))
 
@@ -137,8 +137,12 @@ def _pairs(validate: ValidateResult, response: Variable) -> list[ValidationRow]:
     if response == validate.naming.response:
         return validate.compared
     pairs = ((row.compared, each) for row in validate.rows for each in row.further if each.response == response.name)
-    count = response.counted
+    table_value = response.table_value
     return [
-        replace(row, measured=count(each.measured, each.measured), simulated=count(each.simulated, each.measured))
+        replace(
+            row,
+            measured=table_value(each.measured, each.measured),
+            simulated=table_value(each.simulated, each.measured),
+        )
         for row, each in pairs
     ]

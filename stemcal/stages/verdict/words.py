@@ -72,11 +72,11 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
         size = f"{where.largest_percent:.1f} % (limit: {where.within_percent:g} %)"
         sentences = [f"The error of the simulation is at most {size}{names.at(*where.good)}."]
     else:
-        every = f" at every {names.condition.noun}" if names.placed else ""
+        every = f" at every {names.condition.noun}" if names.has_condition else ""
         sentences = [f"The error of the simulation exceeds {where.within_percent:g} %{every}."]
     if where.worst is not None and where.worst != where.held_out:
         sentences.append(f"The largest error is in the {_signed(where.worst, names)}.")
-    if where.held_out is not None and where.fitted and names.placed:
+    if where.held_out is not None and where.fitted and names.has_condition:
         sentences.append(f"The parameters were fitted to data{names.at(*where.fitted)}.")
         if all(prediction.in_turn for prediction in where.predictions):
             sentences.append(f"The largest held-out error is in the {_signed(where.held_out, names)}.")
