@@ -30,7 +30,7 @@ from stemcal.storage.log import now
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
-_SAME = 1e-9  # values that differ less, relatively, are the same: a spreadsheet program may round them
+_SAME = 1e-9  # relative difference below which two values are the same, because a spreadsheet program may round
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
 
 
 def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dict[str, Request]:
-    """Return the runs whose results may be entered, by key; if there are rows, after continuing the study."""
+    """Return the runs whose results may be entered, by key. If there are rows, the study is continued first."""
     waiting = None  # stays None if a stage fails; the rows may correct the results that caused the failure
     with suppress(StemcalError):
         if not rows:

@@ -41,7 +41,7 @@ class OwnSheet:
         self.awaited, self._skipped = 0, skipped
         self.earlier: Path | None = None
         """Path to which the replaced sheet was moved."""
-        self._entered: bytes | None = None  # content of the sheet that was entered last
+        self._entered: bytes | None = None  # content of the sheet when its results were last recorded
 
     def __enter__(self) -> Self:
         if not (self._skipped and self.path.exists() and self.path.samefile(self._skipped)):

@@ -117,7 +117,7 @@ def values_in_row(study: Study, answer: Answer) -> dict[str, float]:
 
 
 def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float:
-    """Return the number in a cell, converted from the unit in the `heading` of its column to the unit `wanted`.
+    """Return the number in a cell (with this `decimal` mark), converted from the unit `heading` to the unit `wanted`.
 
     >>> number_in("12,5", ".", "N", "N"), number_in("12.5", ".", "kN", "N"), number_in("1,234", ",", "N", "N")
     (12.5, 12500.0, 1.234)

@@ -132,7 +132,7 @@ def narrow(text: str) -> str:
 
 
 def filled(content: bytes, source: str, study: Study, *, partial: bool = False) -> list[Filled]:
-    """Return the rows of a sheet; `UsageError` if columns are missing (if `partial`, levels may be missing)."""
+    """Return the rows of a sheet; `UsageError` if columns are missing (except levels if `partial`)."""
     if len(content) > MAX_BYTES:
         message = f"{source} is larger than {MAX_BYTES // MIB} MiB; save the worksheet with the runs as a separate file"
         raise UsageError(message)

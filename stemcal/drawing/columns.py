@@ -98,7 +98,7 @@ _VALUES = "measured", "predicted", "simulated"  # keys of rows that contain valu
 
 
 def from_means(rows: Iterable[dict[str, Any]], names: Wording) -> list[dict[str, Any]]:
-    """Return the rows of a table, with the values of scores replaced by their differences from the measured mean."""
+    """Return the rows of a table; values of curve scores are replaced by their differences from the measured mean."""
     shown = []
     for row in rows:
         if (named := names.naming.named(row["response"])).apart:

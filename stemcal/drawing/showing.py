@@ -33,7 +33,7 @@ class Finished(Protocol):
         """The calibrated level of every factor."""
 
     def of(self, kind: type[Any]) -> Any:
-        """Return the result of this class; None if its stage is not finished."""
+        """Return the result that is an instance of `kind`; None if its stage is not finished."""
 
 
 @dataclass(frozen=True)

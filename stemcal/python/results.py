@@ -51,7 +51,7 @@ class StudyResults:
         self.stale = self._results.stale
 
     def of(self, kind: type[R]) -> R:
-        """Return the result of this class; raise `UsageError` if its stage is not finished."""
+        """Return the stage result that is an instance of `kind`; raise `UsageError` if the stage is not finished."""
         if (result := self._results.of(kind)) is not None:
             return result
         missing = f"{self.folder.path / kind.name}.json does not exist. Run `stemcal {kind.name} SPEC` first."

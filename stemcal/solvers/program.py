@@ -157,7 +157,10 @@ class Program(Solver, ABC, Generic[O]):
 
 
 def executable(program: str, folder: Path, key: str = "command") -> str:
-    """Return the full path of a program, which is on PATH or, if its name contains a slash, relative to `folder`."""
+    """Return the full path of a program: on PATH or, if its name contains a slash, relative to `folder`.
+
+    Raises `UsageError` for the key `solver.<key>` of the spec if there is no such program.
+    """
     by_path = "/" in program or "\\" in program
     path = shutil.which(str(folder / program) if by_path else program)
     if path is None:

@@ -184,7 +184,7 @@ def _importing_from(roots: list[Path]) -> Iterator[None]:
 
 
 def _object(solver: PythonClass) -> tuple[Any, frozenset[str]]:
-    """Return the object of the class, and the modules loaded before it. A changed file causes a new object."""
+    """Return the object of the class (created again if a file has changed), and the modules loaded before it."""
     options, roots = solver.options, _roots(solver.study)
     key = (options, solver.code, tuple(solver.inputs.items()))
     if not _loaded or _loaded[-1].key != key:
@@ -226,7 +226,7 @@ def _accepts(function: Any, count: int) -> bool:
     with suppress(ValueError):  # compiled functions may have no signature
         try:
             inspect.signature(function).bind(*range(count))
-        except TypeError:  # also if it is not a function
+        except TypeError:  # other parameters, or not a function
             return False
     return True
 

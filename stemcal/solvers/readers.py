@@ -83,7 +83,7 @@ def _series(result: ResultReader, folder: Path) -> _Series:
 
 
 def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
-    """Return the text of a file in the run folder; `SimulationFailed` if it is missing, empty or unreadable."""
+    """Return the text of a file in the run folder; `SimulationFailed` if missing, empty, binary or > `most` bytes."""
     path = folder / name
     try:
         inside = path.resolve().is_relative_to(folder.resolve())

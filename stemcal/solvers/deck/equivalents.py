@@ -44,7 +44,7 @@ def density_factor(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Ma
 
 
 def nose_radius(spread: float) -> float:
-    """Return the radius (mm) of a rounded edge that cuts at the force of a sharp edge spread over `spread` (mm)."""
+    """Return the radius (mm) of the rounded edge with the cutting force of a sharp edge with this edge spread (mm)."""
     return _NOSE * spread
 
 
@@ -72,7 +72,7 @@ def contact_scale(
     the smaller stiffness of stem and tool, OpenRadioss their mean. With SLSFAC = 1 and the moduli of the stem in the
     tools, both programs have the same stiffness.
     """
-    # the scaled mass of each element (t) and the time step (s) at the start of the embedded solver
+    # mass of each element (t), scaled as in the embedded solver
     mass = solver.mass_scaling * material.density * mesh.volumes()
     # stable step 2/ω of each element, s: the formula of fem.kernels.timestep, here without compiling a kernel
     b, volumes = np.array(mesh.modal_gradients()), mesh.volumes()
@@ -80,6 +80,7 @@ def contact_scale(
     trace, norm = np.trace(products), np.abs(products).sum(axis=1).max(axis=0)
     bound = material.lame_modulus * trace + 2.0 * material.shear_modulus * norm
     steps = solver.time_step_safety * np.asarray(2.0 / np.sqrt(8.0 * volumes * bound / mass))
+    # the embedded solver adds mass to elements whose stable step is below the minimum time step
     wanted = _time_step(solver) or 0.0
     masses, step = mass * np.maximum(1.0, wanted / steps) ** 2, max(wanted, float(steps.min()))
     nodal = np.bincount(mesh.hexes.ravel(), np.repeat(masses / 8.0, 8), minlength=len(mesh.nodes))

@@ -137,12 +137,8 @@ def _pairs(validate: ValidateResult, response: Variable) -> list[ValidationRow]:
     if response == validate.naming.response:
         return validate.compared
     pairs = ((row.compared, each) for row in validate.rows for each in row.further if each.response == response.name)
-    table_value = response.table_value
+    shown = response.table_value
     return [
-        replace(
-            row,
-            measured=table_value(each.measured, each.measured),
-            simulated=table_value(each.simulated, each.measured),
-        )
+        replace(row, measured=shown(each.measured, each.measured), simulated=shown(each.simulated, each.measured))
         for row, each in pairs
     ]
