@@ -117,7 +117,7 @@ def stage_called(name: str) -> Stage[Any]:
 
 
 def stages_of(study: Study) -> tuple[Stage[Any], ...]:
-    """Return a study's stages, each after the one it needs; stages of other packages if the spec has their section."""
+    """Return a study's stages, each after the one that it needs; other packages' stages only with their section."""
     left = [stage for stage in STAGES.built_in if stage.asked_for(study)]
     left += [stage_called(name) for name in study.further]
     ordered: list[Stage[Any]] = []

@@ -162,7 +162,7 @@ def _adjusted(loop: Loop, steps: PathSteps, target: Target) -> Iterator[Adjusted
 
 
 def later(study: Study) -> AdaptiveRuns | None:
-    """Return the runs of a usual refinement, in rounds over the conditions, and a note on the largest number."""
+    """Return the usual rounds of runs, each with a run per condition, and a note on the largest number of runs."""
     if not stage_called("refine").asked_for(study):
         return None
     options = study.of(RefineOptions)

@@ -83,7 +83,7 @@ class ScreenResult(StageResult, Screening):
 
     @property
     def limit(self) -> float | None:
-        """Smallest size of a significant effect: Lenth's margin of error, or t·(its standard error)."""
+        """Smallest size of a significant effect: Lenth's margin of error, or Student's t times its standard error."""
         if self.by_lenth:
             return self.lenth.me
         errors = [abs(effect.effect) / effect.f**0.5 for effect in self.effects if effect.f]
