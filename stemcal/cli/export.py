@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from stemcal.cli import export_program
-from stemcal.cli.console import say, say_json, say_tables
+from stemcal.cli.console import say_json, say_tables, say_whole
 from stemcal.cli.session import AsJson, Out, Spec, finished_work
 from stemcal.errors import UsageError
 
@@ -117,7 +117,7 @@ def _print_paths(paths: list[str], as_json: bool) -> None:
     if as_json:
         say_json({"files": paths})
     else:
-        say(*paths)
+        say_whole(*paths)
 
 
 def chosen(plots: list[Plot], name: str) -> list[Plot]:

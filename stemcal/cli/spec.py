@@ -40,8 +40,8 @@ def init(
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("x", encoding="utf-8", newline="\n") as file:
             file.write(text)
-    except FileExistsError:
-        raise UsageError(f"{path} already exists; choose another name or delete the file first") from None
+    except FileExistsError as error:  # the spec, or a file in place of a folder above it
+        raise UsageError(f"{error.filename} already exists; choose another name or delete the file first") from None
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}; choose another folder") from None
     say_whole(str(path))

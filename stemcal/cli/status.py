@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stemcal.cli.console import fail, say, say_json, say_tables, say_whole
+from stemcal.cli.console import fail, say_json, say_tables, say_whole
 from stemcal.cli.session import AsJson, Out, Spec, existing_folder, study_or_exit
 from stemcal.formats import counted, series, short
 from stemcal.storage.encodings import in_a_line
@@ -60,7 +60,7 @@ def status(
         result = {**result, "verify": {"ok": sound, "records": count, "damaged": damaged}}
         if not as_json:
             intact = count - sum(file.startswith("runs/") for file in damaged)
-            say(f"{folder.path}: {intact} of {count} records are intact.")
+            say_whole(f"{folder.path}: {intact} of {count} records are intact.")
         for file, problem in islice(damaged.items(), _MOST_NAMES):
             fail(f"{file} {problem}")
     if as_json:
