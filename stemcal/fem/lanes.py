@@ -71,7 +71,7 @@ def lay_out(hexes: Ints, nodes: int, materials: NDArray[np.int_] | None = None) 
 
 
 def _slots(hexes: Ints, materials: NDArray[np.int_]) -> tuple[Ints, NDArray[np.int_]]:
-    """Return the slot of each element (E,), and the element at which its chain of successive elements begins."""
+    """Return the slot of each element (E,), and the first element of the chain of successive elements it is in (E,)."""
     apart, changes = np.diff(hexes, axis=0), np.diff(materials) != 0
     near = np.all(apart == apart[:, :1], axis=1) & (apart[:, 0] >= 1) & (apart[:, 0] <= _SHORT) & ~changes
     begins = np.concatenate([[0], np.flatnonzero(~near) + 1])

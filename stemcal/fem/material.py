@@ -200,7 +200,7 @@ class Material:
 
 @dataclass(frozen=True)
 class Layers:
-    """Several materials in one body: element e has the material with the index of[e]."""
+    """Several materials in one body; `of` has the index of each element's material (E,)."""
 
     materials: tuple[Material, ...]
     of: NDArray[np.int_]

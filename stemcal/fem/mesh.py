@@ -61,7 +61,7 @@ class Mesh:
             yield self.hexes[first : first + _PORTION]
 
     def moved(self, nodes: Array) -> Mesh:
-        """Return the mesh with other positions of its nodes (N, 3), mm."""
+        """Return the mesh with new positions of its nodes (N, 3), mm."""
         return replace(self, nodes=nodes)
 
 
@@ -185,7 +185,7 @@ def _between(first: Ints, second: Ints) -> Ints:
 
 
 def _with_mirror_image(points: Array, quads: Ints) -> tuple[Array, Ints]:
-    """Return a half section, y ≥ 0, joined with its mirror image; they share the nodes on y = 0."""
+    """Return the whole section: a half section (y ≥ 0) and its mirror image, which share the nodes on y = 0."""
     off = np.flatnonzero(points[:, 0] > 1e-12)
     image = np.arange(len(points))
     image[off] = len(points) + np.arange(len(off))

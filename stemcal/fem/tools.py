@@ -207,7 +207,7 @@ def spread_edge(tools: tuple[Tool, ...], x: Array, hexes: Ints, size: float) -> 
 def _gap_beside(tool: Tool, s: Array) -> Array:
     """Return the distances (mm) from a tool to points at the height of its edge, at the offsets s (mm) from the edge.
 
-    The distance is |s| for an edge without angle and radius, and less beside flanks and rounding.
+    The distance is |s| for an infinitely thin blade, and less for a blade with flanks and a rounded edge.
     """
     corners = np.array(tool.corners)
     gaps = [outline_distance.py_func((tool.edge or 0.0) + float(offset), 0.0, corners)[0] for offset in s]

@@ -151,7 +151,7 @@ def serve() -> None:
 def _guard(source: IO[bytes], target: IO[bytes]) -> NoReturn:
     """Wait until the parent or the worker ends, then terminate the worker and all processes that it started.
 
-    This is a process besides the worker, because native code in the worker could not notice that the input is closed.
+    The guard is a separate process, because a worker in native code could not notice that its input is closed.
     """
     worker, waiting = os.getppid(), select.poll()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):

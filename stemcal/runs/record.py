@@ -79,7 +79,7 @@ def validated(answer: Answer, naming: Vocabulary = CUTTING) -> Answer:
 
 
 def is_final(record: Mapping[str, Any], time_limit: float | None) -> bool:
-    """Check that a run must not be repeated: accidents are, and so are timeouts if the time limit is longer now."""
+    """Check that a record is final: neither an accident, nor a timeout under a shorter limit than the present one."""
     if record["reason"] in ACCIDENTS:
         return False
     allowed = record["details"].get("time_limit") if record["reason"] == TIMEOUT else None

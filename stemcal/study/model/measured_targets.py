@@ -91,7 +91,7 @@ class Target(Frozen):
         return self.n if own is None else own
 
     def specimens_of(self, response: str) -> str:
-        """Return a key for the specimens of a response, the same for all responses of the same curves; else empty."""
+        """Return a key of the specimens of a response, equal for all responses of the same curves; empty for others."""
         if self.modes is None:
             return ""
         own = isclose(self.response, self.modes.force, rel_tol=1e-4) and self.n == self.modes.specimens

@@ -52,7 +52,7 @@ class OwnSections(Frozen):
     blade: shear_test.BladeSection = shear_test.BladeSection()
     """The rigid blade."""
     supports: shear_test.SupportsSection = shear_test.SupportsSection()
-    """The two rigid supports."""
+    """Supports of the stem: two rigid blocks, or a clamp."""
     loading: shear_test.LoadingSection = shear_test.LoadingSection()
     """Motion of the blade."""
     contact: shear_test.ContactSection = shear_test.ContactSection()
@@ -100,7 +100,7 @@ else:
 
 
 class Study(StudyForm):
-    """A study, with a field for each section of its spec; the fields below are not part of its dump."""
+    """A study, with a field for each section of its spec; the fields below are left out if it is serialised."""
 
     source: Path = Field(default=Path("study.yaml"), exclude=True)
     warnings: tuple[str, ...] = Field(default=(), exclude=True)

@@ -149,7 +149,7 @@ def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
 
 
 def _end(node: yaml.Node) -> int:
-    """Return the index of a node's end in the text: in block style that of its last entry, before later comments."""
+    """Return the index in the text at which a node ends; in block style, this is the end of its last entry."""
     if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
         last = node.value[-1]
         return _end(last[1] if isinstance(last, tuple) else last)

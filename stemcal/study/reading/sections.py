@@ -266,13 +266,13 @@ def _with_kinds(path: NodePath, data: Any) -> NodePath:
 
 
 def _partly(kind: Any, raw: Any, context: Mapping[str, Any]) -> Any:
-    """Return a section with its valid keys only (access to others raises `Missing`), or None if that is impossible."""
+    """Return a section with only its valid keys (access to others raises `Missing`); None if it cannot be created."""
     if not (isinstance(kind, type) and issubclass(kind, BaseModel) and isinstance(raw, dict)):
         return None
     if "kind" in (fields := kind.model_fields) and raw.get("kind", fields["kind"].default) not in get_args(
         fields["kind"].annotation
     ):
-        return None  # `kind` is that of another solver, with other keys
+        return None  # a solver of another kind, which has other keys
     wrong = {step for error in _errors(kind, raw, context) for step in error["loc"][:1]}
     good = {key: value for key, value in raw.items() if key not in wrong}
     if _errors(kind, good, context):

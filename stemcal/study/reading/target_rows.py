@@ -133,7 +133,7 @@ class TargetRows:
         self.means.append(target)
 
     def _with_curves(self, index: int, row: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return a row; if it has curves but no force, add force, standard deviation and number of specimens."""
+        """Return the row; if it has curves but no force, with force, standard deviation and number from the curves."""
         patterns = row.get("curves")
         patterns = [patterns] if isinstance(patterns, str) else patterns
         if not isinstance(patterns, list) or not patterns or not all(isinstance(name, str) for name in patterns):
@@ -189,7 +189,7 @@ class TargetRows:
 
 
 class _Row:
-    """One row: its condition (None if missing or invalid) and its valid means by response; adds to `findings`."""
+    """One row: its condition (None if missing or invalid) and valid means by response; mistakes go to `findings`."""
 
     def __init__(self, row: Mapping[str, Any], path: NodePath, naming: Vocabulary, findings: list[Finding]) -> None:
         self.row, self.path, self.findings, self.wrong = row, path, findings, False

@@ -1,4 +1,4 @@
-"""Rules that concern several keys of a spec: functions that yield mistakes in a `Draft`; `plausible`: probable ones."""
+"""Rules that concern several keys of a spec: functions that yield mistakes (in `plausible`, likely ones) in a draft."""
 
 from dataclasses import dataclass, field
 

@@ -251,7 +251,7 @@ def _tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
 def values_in(
     draft: Draft, layer: LayerSection | None, name: str, diameter: float | None = None
 ) -> list[tuple[NodePath, Any]]:
-    """Return the possible values of a parameter in a layer with their places; without any, those of the whole stem."""
+    """Return (place in the spec, value) of each extreme value of a parameter in a layer, or else in the whole stem."""
     own = [] if layer is None else [*possible_values(draft, f"{layer.name}_{name}", diameter)]
     return own or [*possible_values(draft, name, diameter)]
 

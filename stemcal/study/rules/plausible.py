@@ -49,7 +49,7 @@ _RESOLVED = 0.6
 _OF_BLADE = 0.75
 _MOST_SHEAR = 0.05  # largest share of shear in a deflection
 _LEAST_SCATTER = 3e-4  # smallest plausible ratio of standard deviation to mean
-_SCATTER = 0.15  # a force below the expected one by less than this share may be due to scatter
+_SCATTER = 0.15  # a force that is less than this share below the expected force may be scatter
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
 # Largest smoothed strain rate of a cut over speed/diameter; it was 3.9 to 5.4 in simulations without a rate law.
 _RATE = 4.0

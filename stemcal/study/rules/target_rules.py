@@ -135,7 +135,7 @@ def _at_ends(rule: Rule) -> Rule:
                 others = ((*ends[:i], _OTHER[end], *ends[i + 1 :]) for i, end in enumerate(ends))
                 causes = [i for i, other in enumerate(others) if path not in at[other]]
                 if not causes:
-                    continue  # two limits cause the mistake together; it is reported for one with the other correct
+                    continue  # two limits cause the mistake; a combination with only one of them reports it
                 place = ("factors", varied[causes[0]][1], end := ends[causes[0]])
                 finding = Finding(place, finding.message, "reduce `high`" if end == "high" else "increase `low`")
             if place not in reported:

@@ -17,7 +17,7 @@ from stemcal.vocabulary import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Variabl
 def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Vocabulary:
     """Return the vocabulary of a study from the quantities (`OwnQuantity`) that it declares.
 
-    A study that declares responses but no conditions has no condition; one without both is a study of cutting forces.
+    A study that declares responses but no conditions has no condition. If it declares neither, it is a cutting study.
     """
     if not responses and conditions is None:
         return CUTTING

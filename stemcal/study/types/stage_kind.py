@@ -58,7 +58,7 @@ class StageKind(Checked):
         return None if completed is None else completed(own, data, folder)
 
     def seen(self, study: Any) -> Any:
-        """Return the study that the stage simulates: the result of `seen` in its module `options`, else `study`."""
+        """Return the study that the stage simulates: by the function `seen` in its module `options`, if any."""
         seen = self._part("options", "seen")
         return study if seen is None else seen(study)
 
