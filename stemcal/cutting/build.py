@@ -114,7 +114,7 @@ def through_layers(stem: Stem, how: Discretisation) -> tuple[int, ...]:
 
 
 def around_half(radius: float, how: Discretisation) -> int:
-    """Return the number of elements around half the stem."""
+    """Return the number of elements around half of a stem with an outer `radius` in mm."""
     return max(_FEWEST_AROUND, round(pi * radius / (0.5 * (1.0 + how.coarsening_around) * how.element_size)))
 
 

@@ -35,7 +35,7 @@ class Lanes:
     slots: Block · `LANES` + lane of each element (E,).
     runs: First node of each run of corners (blocks, 8, runs of a block).
     targets: First row of the nodal forces for each run, shaped as `runs`: that of its first node, or a separate row.
-    late: Node of each separate row; these rows follow the N + `RUN` rows of the nodes.
+    late: Node of each separate row; the separate rows follow the N + `RUN` rows of the nodes.
     ends: Part p has the blocks ends[p]…ends[p+1]−1.
     """
 

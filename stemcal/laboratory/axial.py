@@ -31,13 +31,13 @@ class AxialSection(PieceSection):
 
 
 class CompressionSection(AxialSection):
-    """Compression along the axis."""
+    """Compression of a piece of stem along its axis."""
 
     kind: Literal["axial-compression"] = "axial-compression"
 
 
 class TensionSection(AxialSection):
-    """Tension along the axis."""
+    """Tension of a piece of stem along its axis."""
 
     kind: Literal["axial-tension"] = "axial-tension"
 

@@ -50,7 +50,7 @@ _WITHIN: dict[str, dict[str, Any]] = {
 """Types of the entries of a record, and of those entries of its `request` and `details` that are read."""
 _MOST_KNOWN = 16 * MIB  # limit on the total size of the record files that are cached in memory, bytes
 _TICK_NS = 100_000_000  # coarsest resolution of the time stamps of a file system, ns
-_LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` holds the lock
+_LOCK_PATIENCE_S = 0.2  # wait longer than the lock is held by `StudyFolder.holder`, which only tests it
 
 
 def place_of(study: str, out: str | Path | None = None) -> Path:

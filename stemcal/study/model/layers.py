@@ -136,7 +136,7 @@ def _resolved(
     ratios: set[str],
     along: Mapping[str, float],
 ) -> dict[str, float]:
-    """Return the properties across the axis, MPa; a later section (and its factors) replaces earlier values."""
+    """Return the properties across the axis (MPa) in `sections` or their factors; a later section has precedence."""
     values: dict[str, Any] = {}
     for prefix, section in sections:
         for name in TRANSVERSE:

@@ -84,7 +84,7 @@ def section_places() -> dict[str, str]:
         of_section.setdefault(place, []).extend(step[1:] for step in path if step[0] == "=")
     place_of_class = {}
     for name, sections in uses.items():
-        # the section with most keys of this class, preferably not a list: for `Growth`, `material`, not `layers[]`
+        # prefer a section that is no list, then the one with most keys of this class: `material` for `Growth`
         above, places = max(sections.items(), key=lambda section: (not section[0].endswith("]"), len(section[1])))
         (place, kinds), *others = places.items()
         place = f"{above}.*" if others and above else place

@@ -133,7 +133,7 @@ class TargetRows:
         self.means.append(target)
 
     def _with_curves(self, index: int, row: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the row; if it has curves but no force, with force, standard deviation and number from the curves."""
+        """Return the row; if it has curves but no force, add force, standard deviation and `n` of the curves."""
         patterns = row.get("curves")
         patterns = [patterns] if isinstance(patterns, str) else patterns
         if not isinstance(patterns, list) or not patterns or not all(isinstance(name, str) for name in patterns):

@@ -118,7 +118,7 @@ def _read_text(document: Document, text: str) -> None:
     except yaml.MarkedYAMLError as error:
         problem = (error.problem or error.context or "no YAML").replace("\n", " ")[:200]
         remedy = next((remedy for part, remedy in _REMEDIES.items() if part in problem), "check this line")
-        # if a key has no colon, the error is at the key, not at the text after it
+        # a missing colon is reported at the key (context mark), not at the text after the key (problem mark)
         places = error.problem_mark, error.context_mark
         first, second = places[::-1] if _NO_COLON in problem else places
         document.note(_place(first or second), f"the file is not valid YAML: {problem}", remedy)

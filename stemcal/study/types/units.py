@@ -34,7 +34,7 @@ class Unit(NamedTuple):
     denominator: float
 
 
-# Factor of each unit to the internal one as numerator and denominator, by dimension; the internal unit is first.
+# Numerator and denominator of the factor from each unit to the internal unit, by dimension; the internal unit is first.
 _TABLE: dict[str, dict[str, tuple[float, float]]] = {
     "length": {"mm": (1, 1), "um": (1, 1000), "cm": (10, 1), "m": (1000, 1), "in": (25.4, 1)},
     "mass": {"t": (1, 1), "kg": (1, 1000), "g": (1, 1e6)},
