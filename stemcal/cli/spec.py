@@ -1,4 +1,4 @@
-"""`stemcal init` writes a commented spec; `stemcal check` lists all errors in a spec, or estimates its runs."""
+"""`stemcal init` writes a commented spec; `stemcal check` lists its errors, or estimates its runs and their time."""
 
 from __future__ import annotations
 

@@ -85,7 +85,7 @@ class Table:
         rows = []
         for thing in things:
             fields = thing if isinstance(thing, Mapping) else getattr(thing, "__dict__", {})
-            if is_dataclass(thing):  # its fields have the keys of its JSON, and a level has the name of its factor
+            if is_dataclass(thing):  # values by JSON key, and the level of each factor by the name of the factor
                 fields = to_json(thing)
                 fields = {**fields.get("levels", {}), **fields}
             rows.append(tuple(fields.get(c.key) if c.of is None else c.of(thing) for c in typed))

@@ -129,7 +129,7 @@ class Embedded(Solver):
         return {**settings, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
 
     def _laboratory_tests(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
-        """Return the laboratory tests of a run; in further cuts, the mesh is shifted as in its shear test."""
+        """Return the laboratory tests of a run; in further cuts, the mesh is shifted as in the main shear test."""
         sections = laboratory_runs.measured_at(self.study, request.condition)
         tests = [test_of(self.study, section, request.levels, request.condition) for section in sections]
         placed_tests = [self._placed(test, request) if isinstance(test, ShearTest) else test for test in tests]

@@ -18,8 +18,8 @@ class Request:
     levels      value of every factor in the units of the spec
     condition   outer diameter of the stem, mm, or the condition declared by the study, in its unit
     pictured    whether the solver should store data for pictures of the run, if it can
-    replicate   number of the simulation at the same levels, from 1; 0 for a deterministic solver. The answer to a
-                numbered run is random and also depends on stage and row.
+    replicate   number of the simulation at the same levels, from 1; 0 for a deterministic solver. The seed of a
+                numbered simulation also depends on stage and row.
     """
 
     stage: str

@@ -104,7 +104,7 @@ class PythonClass(Solver):
         return Answer("ok", first, details={RESPONSES: values} if values else {})
 
     def _load(self) -> tuple[Any, frozenset[str]]:
-        """Return the object of the class, and the names of the modules that were loaded before."""
+        """Return the object of the class, and the names of the modules that were loaded before the class."""
         user_solver, modules_before = _object(self)
         self._require_traced(modules_before)
         return user_solver, modules_before

@@ -213,7 +213,7 @@ def _is_part_of_number(match: re.Match[str], group: str | int, previous_end: int
     if "." in number and _FORTRAN.match(after) and number[-1].isdigit():
         return True
     following = match.re.search(line, match.end())
-    at_mark = match.end() == end + 1 and _AFTER.match(after)  # the match ends with a thousands separator
+    at_mark = match.end() == end + 1 and _AFTER.match(after)  # the match ends with the separator after the number
     if at_mark and "." not in number:
         of_list = following is not None and following.start(group) == end + 1
         if not of_list or (len(number.lstrip("+-")) <= 3 and re.match(r".\d{3}(?!\d)", after)):

@@ -14,10 +14,10 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 
-# (2L + h)/ℓ for the nonlocal length L of OpenRadioss, elements of length h, and ℓ in exp(−r²/ℓ²) of the embedded
-# solver. If a row of elements elongates by u, the averaged strain is u/(2L + h) in OpenRadioss (ε̄ − L² ∇²ε̄ = ε, with
-# the mean of the nodes of an element) and u/(ℓ √π) here. Necking bars fracture at the same elongation with a factor of
-# 1.7 (tests/verification/necking_bar.py), stems of 8 mm below a rounded edge with a factor of 2.
+# Ratio (2L + h)/ℓ: L nonlocal length of OpenRadioss, h element length, ℓ length in the weight exp(−r²/ℓ²) of the
+# embedded solver. If one row of elements elongates by u, the averaged strain is u/(ℓ √π) in the embedded solver, and
+# u/(2L + h) in OpenRadioss, which solves ε̄ − L² ∇²ε̄ = ε and averages the nodes of an element. In simulations,
+# necking bars need a ratio of 1.7 (tests/verification/necking_bar.py), stems of 8 mm below a rounded edge one of 2.
 _RADIOSS_LENGTH = 2.0
 # L/ℓ for LS-DYNA. Both averages have the same mean r²: 3/5 L² for the weight (1 + (r/L)⁸)⁻² of LS-DYNA, which is almost
 # a ball of radius L, and 3/2 ℓ² for exp(−r²/ℓ²).
@@ -102,7 +102,7 @@ def share_in_openradioss(mesh: Mesh, tool: Mesh, place: tuple[float, float, floa
 
 
 def _segment(mesh: Mesh, place: tuple[float, float, float]) -> tuple[Ints, float]:
-    """Return the corners of the surface face nearest to a place, and A²/V (mm) of its area and its element's volume."""
+    """Return the corners of the surface face nearest to a place, and A²/V (mm) from its area and element volume."""
     elements, sides = np.nonzero(mesh.neighbours() < 0)
     corners = mesh.hexes[elements[:, None], np.asarray(FACES)[sides]]
     nearest = int(np.argmin(np.linalg.norm(mesh.nodes[corners].mean(axis=1) - place, axis=1)))

@@ -1,4 +1,4 @@
-"""Write keyword cards with fields of ten columns, and select the form of a deck."""
+"""Write keyword cards with fields of ten columns, and define for which program and with which lengths a deck is."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

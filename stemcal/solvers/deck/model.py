@@ -26,7 +26,7 @@ from stemcal.study.model.shear_test import GAP
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import PARAMETERS
 
-_MOST_ELEMENTS = 2e6  # with this number of elements, the file of a deck has several hundred megabytes
+_MOST_ELEMENTS = 2e6  # largest number of elements in a deck, whose file then has several hundred megabytes
 _BLADE_OVER_STEM = 1.5  # length of the blade in a deck, in stem diameters; its ends do not touch the stem
 # Distance of a rounded edge from the nearest row of nodes, in element sizes of the spec. The force depends on it by
 # ±5 %: it has its extremes over a row and midway between two rows. At a quarter it is close to the mean, since the

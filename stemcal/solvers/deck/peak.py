@@ -46,7 +46,7 @@ def peak_answer(
     """Return the peak of the filtered force before the first fracture, as the embedded solver reports it.
 
     `failed` contains the times (s) at which elements were deleted. Without deleted elements there is no fracture, and
-    the peak is that of the whole stroke. With measured curve `modes`, the answer also contains the scores of the curve.
+    the peak is that of the whole stroke. If curves were measured, the answer contains the scores on their `modes`, too.
     """
     time, force = contact.time, contact.force
     filtered = moving_mean(force, max(1, round(options.filter_window / float(np.median(np.diff(time))))))

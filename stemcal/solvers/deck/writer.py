@@ -133,7 +133,7 @@ def _part_cards(deck: Deck, tools: int) -> Iterator[str]:
 
 
 def _motion(deck: Deck, of: str) -> Iterator[str]:
-    """Yield the blade speed as −1 times a constant curve, whose columns have all digits. `of`: RIGID or (node) SET."""
+    """Yield the blade speed as −1 times a curve, which has room for all digits. `of`: RIGID (body) or (node) SET."""
     motion = {"pid" if of == "RIGID" else "nsid": BLADE, "dof": _ALONG_Z, "vad": _VELOCITY, "lcid": _CURVE, "sf": -1.0}
     yield from keyword(f"BOUNDARY_PRESCRIBED_MOTION_{of}", motion)
     yield from keyword("DEFINE_CURVE", {"lcid": _CURVE})
