@@ -582,9 +582,9 @@ def test_a_folder_that_is_missing_is_named(tmp_path: Path) -> None:
 
 
 def test_run_stops_after_a_stage_and_names_unknown_ones(tmp_path: Path) -> None:
-    code, message = told("run", REPLAY, "--until", "screem", "--out", tmp_path)
+    code, message = told("run", REPLAY, "--until", "sieve", "--out", tmp_path)
     stages = "screen, rsm, invert, validate"
-    assert (code, message) == (2, f"error: --until screem: the study has no stage with this name; use one of {stages}")
+    assert (code, message) == (2, f"error: --until sieve: the study has no stage with this name; use one of {stages}")
     done = command("run", REPLAY, "--until", "screen", "--out", tmp_path / "o")
     assert done.exit_code == 0 and not (tmp_path / "o" / "rsm.json").exists()
     assert f"Report: {tmp_path / 'o' / 'report.html'}, updated after each stage" in done.stderr
