@@ -40,7 +40,7 @@ class WithoutLengths(Solver):
     """
 
     study: Study
-    drawn: bool = True
+    random_offset: bool = True
 
     def identity(self, request: Request) -> dict[str, Any]:
         """What was asked."""

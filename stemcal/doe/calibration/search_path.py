@@ -22,7 +22,7 @@ from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.errors import UsageError
 
 _MOST_LOG, _MOST_SHARE = log(3.0), 0.5  # largest step of ln x; `_MOST_SHARE`: of x, as a share of the range
-_LEAST_SLOPE = 0.02  # k: below this the response does not depend on the factors
+_LEAST_SLOPE = 0.02  # below this slope k the response practically does not depend on the factors
 _MARGIN = 0.03  # smallest distance of the next place from an end of a bracket, as a fraction of its width
 _SAME = 1e-6  # places nearer than this are equal
 _ASIDE = (0.1, -0.1)  # places to try after the run at the start has failed

@@ -41,7 +41,7 @@ _SHARED: dict[str, tuple[str, ...]] = {
 }
 _CLOSE = 1e-6  # relative tolerance of diameters
 _FASTER = 100.0  # with a blade faster by this factor, strain rates can exceed the C of the rate law
-_DIRECTIONS, _LEAST = 3, 0.01  # largest number of other materials; `_LEAST`: share of the variance of each, at least
+_DIRECTIONS, _LEAST = 3, 0.01  # at most this number of principal axes of Σ, each with at least this share of its trace
 
 
 @dataclass
