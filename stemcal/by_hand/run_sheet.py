@@ -52,7 +52,7 @@ class Field:
 
 
 def run_name(request: Request) -> str:
-    """Return the name of a run in a sheet: ``screen 3``."""
+    """Return the name of a run in a sheet, such as ``screen 3``: the stage and the number of the row, from 1."""
     return f"{request.stage} {request.row + 1}"
 
 

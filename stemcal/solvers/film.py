@@ -59,7 +59,7 @@ class Film:
         if shape is None or not self.moments or len(shape.nodes) > LARGEST:
             return {}
         moments, end = self.moments, float(history.time[-1])
-        if moments[-1].time < end:  # the stem broke between two frames
+        if moments[-1].time < end:  # the test ended between two frames, because the stem broke
             moments = [*moments, _Moment(end, shape.nodes, shape.standing, shape.plastic_strain)]
         times = [moment.time for moment in moments]
         moved = []

@@ -8,7 +8,7 @@ from stemcal.errors import SimulationFailed, UsageError
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.study.model.measured_targets import named_modes
 
-_KEPT = 200  # most rows of a curve in a record
+_KEPT = 200  # largest number of rows of a curve in a record
 
 
 def kept_rows(count: int) -> NDArray[np.int64]:

@@ -226,7 +226,7 @@ def _accepts(function: Any, count: int) -> bool:
     with suppress(ValueError):  # compiled functions may have no signature
         try:
             inspect.signature(function).bind(*range(count))
-        except TypeError:  # other parameters, or not a function
+        except TypeError:  # the function has other parameters
             return False
     return True
 

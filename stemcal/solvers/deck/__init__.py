@@ -18,7 +18,7 @@ from stemcal.storage.atomic import write_atomic
 __all__ = ["Deck", "DeckForm", "deck_text"]
 
 _SECTIONS = ("specimen", "blade", "supports", "loading", "contact")
-# Keys omitted from `options` in an identity: time limit and folder do not change an answer, two are separate entries.
+# Keys omitted from `options` in the identity: `time_limit` and `home` change no answer, the others have own entries.
 _NOT_DETERMINING = {"environment", "time_limit", "files", "home"}
 
 

@@ -1,4 +1,4 @@
-"""Write keyword cards with fields of ten columns, and define for which program and with which lengths a deck is."""
+"""Write keyword cards with fields of ten columns; select the program, the lengths and the pictures of a deck."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
