@@ -666,3 +666,131 @@ def test_targets_are_written_only_to_a_text_file(tmp_path: Path) -> None:
     (tmp_path / "b.yaml").write_bytes(b"\x00\x01\xff\xfe\x00" * 9)
     code, message = told("measure", "shear", data, "--spec", tmp_path / "b.yaml", "-q")
     assert code == 2 and "is not a text file; save the spec as UTF-8 text" in message
+
+
+# ---- stages, warnings and runs by hand
+
+
+def test_a_stage_of_another_package_is_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    from stemcal.stages.stage import STAGES, stage_called
+
+    class Foreign(type(stage_called("screen"))):  # type: ignore[misc]
+        name = "foreign_stage"
+
+    stage = Foreign()
+    monkeypatch.setitem(vars(STAGES), "_entries", {"foreign_stage": None})
+    monkeypatch.setitem(vars(STAGES), "_loaded", {"foreign_stage": stage})
+    monkeypatch.setattr(type(STAGES), "_external", lambda self, name: stage if name == "foreign_stage" else None)
+    shown = command("foreign_stage", "--help").stdout
+    assert "stemcal foreign_stage [OPTIONS]" in shown and "Example: stemcal foreign_stage my-study.yaml" in shown
+    assert " foreign_stage " in command("--help").stdout
+    assert command("foreign_stagee", SMOKE).exit_code == 2
+    assert "Example: stemcal optimise configs/chrysanthemum-cutter.yaml" in command("optimise", "--help").stdout
+    assert "Example: stemcal screen configs/smoke.yaml" in command("screen", "--help").stdout
+
+
+def test_warnings_before_and_after_the_runs_of_a_stage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before the runs of a stage that has to be computed; after it those of its records, also of finished stages."""
+    from stemcal.notes import Note
+
+    asked: list[tuple[int, bool]] = []
+    monkeypatch.setattr(
+        "stemcal.overview.foresight.warnings_before",
+        lambda _demand, workers, here=True: asked.append((workers, here)) or ["This takes a day."],
+    )
+    later = Note("short", "warning", "Too short.")
+    monkeypatch.setattr("stemcal.report.records.run_warnings", lambda *_: [later])
+    first = command("screen", REPLAY, "--out", tmp_path, "--workers", 3)
+    assert asked == [(3, True)]
+    assert "warning: This takes a day." in first.stderr and "warning: Too short." in first.stderr
+    again = command("screen", REPLAY, "--out", tmp_path)
+    assert len(asked) == 1 and "a day" not in again.stderr and "warning: Too short." in again.stderr
+    monkeypatch.setattr("stemcal.solvers.embedded.simulate_levels", lambda *_, **__: sys.exit("computed"))
+    done = command("simulate", SMOKE)
+    assert len(asked) == 2 and asked[1][0] == 1 and "warning: This takes a day." in done.stderr
+
+
+def test_at_most_five_notes_are_printed_after_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from stemcal.notes import Note
+
+    def notes(count: int) -> list[tuple[str, Note]]:
+        return [("Calibration", Note(f"kind_{n}", "info", f"Remark {n}.")) for n in range(count)]
+
+    for count, more in ((5, None), (6, "1 more note in the report"), (8, "3 more notes in the report")):
+        monkeypatch.setattr("stemcal.report.outcome.notes_of_all", lambda *_, count=count: notes(count))
+        said = command("run", REPLAY, "--until", "screen", "--out", tmp_path).stderr
+        assert said.count("note: Calibration: Remark") == 5
+        assert ("in the report" in said) is (more is not None) and (more or "") in said
+
+
+def test_results_by_hand_are_entered_and_refused_with_their_row(tmp_path: Path) -> None:
+    spec, out, sheet = tmp_path / "s.yaml", tmp_path / "out", tmp_path / "mine.csv"
+    spec.write_text(SHEET, encoding="utf-8")
+    command("run", spec, "--out", out, "-q")
+    head, *rows = (out / "sheet.csv").read_text("utf-8-sig").splitlines()
+    heads = head.split(",")
+    place = next(i for i, title in enumerate(heads) if title.startswith("y"))
+
+    def filled(row: str, text: str) -> str:
+        cells = row.split(",")
+        cells[place] = text
+        return ",".join(cells)
+
+    wrong = [filled(rows[0], "2.5"), filled(rows[1], "many"), *rows[2:]]
+    sheet.write_text("\n".join([head, *wrong]) + "\n", encoding="utf-8")
+    done = command("enter", spec, sheet, "--out", out, "--json")
+    envelope_ = json.loads(done.stdout)
+    result = envelope_["result"]
+    assert (done.exit_code, envelope_["status"], result["stage"], result["schema_version"]) == (2, "wrong", "enter", 1)
+    (refused,) = result["refused"]
+    assert set(refused) == {"kind", "place", "run", "text"} and "many" in refused["text"] and len(result["taken"]) == 1
+    sheet.write_text("\n".join([head, filled(rows[1], "3.5"), *rows[2:]]) + "\n", encoding="utf-8")
+    done = command("enter", spec, sheet, "--out", out)
+    assert (done.exit_code, done.stdout.splitlines()[0]) == (6, "Results accepted: 1.")
+    assert f"Waiting for {len(rows) - 2} results from the rsm stage." in done.stderr
+    results = [f"{2.0 + 0.5 * n:g}" for n in range(len(rows))]
+    sheet.write_text("\n".join([head, *map(filled, rows, results)]) + "\n", encoding="utf-8")
+    code, message = told("enter", spec, sheet, "--out", out)
+    assert code == 2 and "2.5" in message  # the recorded 2.5 is not replaced without a reason
+    done = command("enter", spec, sheet, "--out", out, "--replace", "misread")
+    assert done.stdout.startswith("Results accepted: ") and "Results replaced: 2 (" in " ".join(done.stdout.split())
+
+
+def test_a_refined_deck_has_the_values_of_its_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Values refined in the program of the deck; else the calibrated ones, else those at mid-range."""
+    warned: list[str] = []
+    refined = SimpleNamespace(parameters={"a": 3.0})
+    results = SimpleNamespace(
+        stale=["rsm is out of date"], of=lambda _: refined, calibrated=True, parameters={"a": 2.0}
+    )
+    there = SimpleNamespace(solver=SimpleNamespace(program_name="lsdyna"))
+    study: Any = SimpleNamespace(name="s", there=there, midlevels=lambda: {"a": 1.0, "b": 5.0})
+    monkeypatch.setattr(export_program, "warn", warned.append)
+    monkeypatch.setattr("stemcal.stages.results.fresh_results", lambda *_: results)
+    assert export_program._calibrated(study, "lsdyna", tmp_path) == (there, {"a": 3.0, "b": 5.0})
+    assert export_program._calibrated(study, "openradioss", tmp_path) == (study, {"a": 2.0, "b": 5.0})
+    assert warned == ["rsm is out of date"] * 2
+    results.calibrated = False
+    assert export_program._calibrated(study, "openradioss", tmp_path) == (study, {"a": 1.0, "b": 5.0})
+    results.of = lambda _: None
+    assert export_program._calibrated(study, "lsdyna", tmp_path) == (study, {"a": 1.0, "b": 5.0})
+    assert export_program._calibrated(study, "lsdyna", tmp_path / "none") == (study, {"a": 1.0, "b": 5.0})
+    assert sum("is not calibrated yet" in text for text in warned) == 3
+
+
+def test_a_closed_pipe_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    dropped: list[Any] = []
+    monkeypatch.setattr(console, "drop", dropped.append)
+    terminal = console._Terminal(stderr=False)
+    terminal.on_broken_pipe()
+    assert dropped == [terminal.file]
+
+
+def test_the_summary_of_a_laboratory_test_has_its_own_responses() -> None:
+    from test_simulate import known_result
+
+    from stemcal.laboratory.perform import LaboratoryResult
+
+    bent = LaboratoryResult(**{**vars(known_result()), "responses": {"slope": 41.5}})
+    found: Any = summary(bent, 8.0, "bending")
+    assert (found["test"], found["responses"]) == ("bending", {"slope": 41.5})

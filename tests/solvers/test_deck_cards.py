@@ -442,3 +442,31 @@ def test_a_whole_cut_and_layers_are_differences(tmp_path: Path) -> None:
     severed = study.model_copy(update={"loading": study.loading.model_copy(update={"until": "severed"})})
     (note,) = Deck.of(severed, LEVELS, 8.0).notes
     assert note.startswith("the deck deletes elements over the whole stroke, but in the study the stem parts")
+
+
+def test_the_files_of_a_run(tmp_path: Path) -> None:
+    """OpenRadioss needs a starter file around the deck only for nonlocal failure."""
+    run = Request("rsm", 0, LEVELS, 8.0)
+    for program, flag, files in (
+        ("openradioss", "true", ["run.k", "run_0000.rad"]),
+        ("openradioss", "false", ["run.k"]),
+        ("lsdyna", "true", ["run.k"]),
+    ):
+        solver = DeckProgram(study_of(tmp_path, program, more=f"nonlocal_failure: {flag}"))
+        folder = tmp_path / f"{program}-{flag}"
+        folder.mkdir()
+        solver._write(folder, run)
+        assert sorted(path.name for path in folder.iterdir()) == files
+        assert (folder / "run.k").read_text("utf-8") == deck_text(solver._deck(run))
+        if len(files) == 2:
+            assert (folder / "run_0000.rad").read_text("utf-8") == starter_around("run.k", {1: 1.5})
+
+
+def test_identity_of_a_deck_has_its_model_and_not_its_installation(tmp_path: Path) -> None:
+    run = Request("rsm", 0, LEVELS, 8.0)
+    found = DeckProgram(study_of(tmp_path, "lsdyna")).identity(run)
+    assert (found["solver"], found["revision"]) == ("deck", DeckProgram.revision)
+    assert set(found["model"]) == {"specimen", "blade", "supports", "loading", "contact"}
+    assert not {"environment", "time_limit", "files", "home"} & set(found["options"])
+    assert {"mass_scaling", "rate_law", "command"} <= set(found["options"])
+    assert found["material"]["yield_stress"] == 17.0 and found["material"]["density"] == pytest.approx(1.2e-9)

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import SpecError
+from stemcal.solvers import rules
 from stemcal.study.reading import load_study
 
 MATERIAL = """\
@@ -227,3 +228,15 @@ WHOLE = [
 @pytest.mark.parametrize(("solver", "more", "found"), WHOLE, ids=[str(number) for number in range(len(WHOLE))])
 def test_rules_of_a_whole_cut(tmp_path: Path, solver: str, more: str, found: list[str]) -> None:
     assert problems(tmp_path, solver, MATERIAL, more) == found
+
+
+def test_a_template_that_cannot_be_read_is_named_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def unreadable(_path: Path) -> bytes:
+        raise OSError(13, "Permission denied")
+
+    (tmp_path / "in.txt").write_text("{{k}}", encoding="utf-8")
+    assert problems(tmp_path, command(", templates: [in.txt]", argument="none")) == []
+    monkeypatch.setattr(rules, "template_bytes", unreadable)
+    assert problems(tmp_path, command(", templates: [in.txt]", argument="none")) == [
+        "solver.templates[1]: the template cannot be read: Permission denied; check the file"
+    ]

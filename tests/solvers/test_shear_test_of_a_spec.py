@@ -1,7 +1,7 @@
 """Each number of a spec arrives at its place in the virtual test, in mm, t, s, N and MPa; and the failures of a run."""
 
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -332,3 +332,64 @@ def test_frames_are_every_fiftieth_of_the_outputs(tmp_path: Path, monkeypatch: p
         )
     simulate_levels(study, {}, 7.0)
     assert made == []
+
+
+CURVE = SimpleNamespace(travel=np.array([0.0, 1.0]), force_filtered=np.array([0.0, 90.0]))
+
+
+@dataclass(frozen=True)
+class Cut:
+    """The part of the result of a cut that an answer is made of."""
+
+    peak_force: float = 90.0
+    stroke_was_enough: bool = True
+    energy_drift_percent: float = 1.0
+    contact_energy_percent: float = 2.0
+    break_travel: float | None = 0.8
+    warnings: tuple[Note, ...] = (OTHER,)
+    history: Any = field(default_factory=lambda: CURVE)
+
+
+def test_an_answer_has_the_numbers_of_the_cut_and_the_responses_of_all_tests(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result = Cut()
+    seen: list[Any] = []
+    monkeypatch.setattr(embedded, "shear", lambda test, inspect: seen.append((test, inspect)) or result)
+    solver, run = Embedded(study_of(tmp_path)), Request("rsm", 0, {"yield_stress": 17.0}, 8.0)
+    answer = solver.solve(run)
+    assert (answer.status, answer.response) == ("ok", 90.0)
+    numbers = {"peak_force": 90.0, "stroke_was_enough": True, "break_travel": 0.8}
+    energies = {"energy_drift_percent": 1.0, "contact_energy_percent": 2.0}
+    warnings = [{"kind": "hourglass_energy", "severity": "warning", "text": "hourglass_energy", "remedy": None}]
+    curve = {"travel": [0.0, 1.0], "force": [0.0, 90.0]}
+    assert answer.details == {**numbers, **energies, "warnings": warnings, "curve": curve}
+    assert seen[0] == (shear_test(solver.study, run.levels, 8.0), None)
+    result = Cut(energy_drift_percent=6.0)
+    failed = solver.solve(run)
+    assert (failed.status, failed.reason, failed.response) == ("failed", "energy_drift", None)
+    assert "`time_step_safety: 0.35`" in failed.message and failed.details["energy_drift_percent"] == 6.0
+    monkeypatch.setattr(laboratory_runs, "perform_all", lambda tests: ({"pull_work": 8.0}, [SHORT]))
+    result = Cut()
+    more = Embedded(THREE).solve(Request("rsm", 0, THREE.midlevels(), 8.0))
+    assert more.details["responses"] == {"pull_work": 8.0}
+    assert [note["kind"] for note in more.details["warnings"]] == ["hourglass_energy", "maximum_not_passed"]
+
+
+def test_kernels_are_prepared_for_the_layers_of_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    called: list[tuple[str, bool]] = []
+    for name in ("warm", "compile_once", "is_compiled"):
+        monkeypatch.setattr(embedded, name, lambda layered, name=name: called.append((name, layered)))
+    for study in (study_of(tmp_path), load_study(CONFIGS / "hemp-two-layers.yaml")):
+        solver = Embedded(study)
+        solver.prepare()
+        solver.get_ready()
+        assert solver.preparing() is True
+    names = ("compile_once", "warm", "is_compiled")
+    assert called == [(name, layered) for layered in (False, True) for name in names]
+
+
+def test_the_package_of_a_laboratory_test_is_in_its_identity(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(laboratory_runs.TESTS, "version_of", lambda kind: f"{kind} of springs 1.0")
+    bending = laboratory_runs.laboratory_test(THREE.tests[0], shear_test(THREE, THREE.midlevels(), 8.0))
+    assert identity(THREE.tests[0], bending)["package"] == "three-point-bending of springs 1.0"
