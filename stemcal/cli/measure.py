@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,8 +16,6 @@ from stemcal.storage.plain import read_plain
 from stemcal.storage.typed import to_json
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from stemcal.drawing.table import Table
     from stemcal.notes import Note
 
@@ -80,11 +78,10 @@ def diameters(
 
     Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
     """
-    from stemcal.drawing.table import Table
     from stemcal.measured.diameters import geometry_section, measure_diameters
     from stemcal.measured.tables import Form
-    from stemcal.overview import measured_tests as tables
-    from stemcal.report import curves as figures
+    from stemcal.overview.measured_tests import diameter_tables
+    from stemcal.report.measured import write_diameters
 
     try:
         nominal = [float(part) for part in grades.split(",")] if grades else []
@@ -93,11 +90,9 @@ def diameters(
     form = Form(encoding, separator, decimal, sheet)
     stems = measure_diameters(file, form, nominal, step, diameter_column, label_column)
     content = {"schema_version": 3, "stage": "measure-diameters", **to_json(stems)}
-    section = geometry_section(stems)
     if out:
-        drawn = {"diameters": figures.diameter_histogram(stems)}
-        _write_files(out, content, Table.of_rows(stems.stems), drawn, section, "specimen")
-    _show(content, stems.synthetic, tables.diameter_tables(stems), stems.notes, as_json, quiet, section)
+        write_diameters(out, content, stems)
+    _show(content, stems.synthetic, diameter_tables(stems), stems.notes, as_json, quiet, geometry_section(stems))
 
 
 @app.command()
@@ -130,30 +125,26 @@ def shear(
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
-    from stemcal.drawing.table import Column, Table
     from stemcal.measured.shear import find_files, measure_shear, read_index, section_of, target_rows
     from stemcal.measured.shear_curves import CurveOptions
     from stemcal.measured.tables import Form
-    from stemcal.overview import measured_tests as tables
-    from stemcal.report import curves as figures
+    from stemcal.overview.measured_tests import shear_tables
+    from stemcal.report.measured import write_shear_tests
 
     form = Form(encoding, separator, decimal, sheet)
     how = CurveOptions(form, force_column, displacement_column, force_unit, displacement_unit, preload)
     listed = read_index(index) if index else {}
     files = [path for path in find_files(folder) if index is None or path.resolve() != index.resolve()]
     tests = measure_shear(files, how, listed, exclude or [])
-    rows, targets = [specimen.row() for specimen in tests.specimens], target_rows(tests, work)
+    rows, targets, notes = [specimen.row() for specimen in tests.specimens], target_rows(tests, work), tests.all_notes()
     results = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
     section = section_of(targets)
     content = {"schema_version": 2, "stage": "measure-shear", **to_json(results), "targets": section}
     if spec:
         _write_targets(spec, {"": targets})
     if out:
-        drawn = {"shear-curves": figures.shear_curves(tests), "force-diameter": figures.force_over_diameter(tests)}
-        notes = Column("notes", of=lambda row: " ".join(map(str, row["notes"])))
-        table = Table.of([*(name for name in rows[0] if name != "notes"), notes], rows)
-        _write_files(out, content, table, drawn, section)
-    _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
+        write_shear_tests(out, content, tests)
+    _show(content, tests.synthetic, shear_tables(tests), notes, as_json, quiet, section)
     if spec and not quiet:
         note(f"wrote the targets to {spec}; check the spec with `stemcal check {spec}`")
 
@@ -223,38 +214,8 @@ def _write_targets(spec: Path, targets: Mapping[str, Sequence[str]]) -> None:
     write_atomic(spec, text)
 
 
-def _write_files(
-    folder: Path,
-    content: Mapping[str, Any],
-    rows: Table,
-    figures: dict[str, Figure],
-    section: str = "",
-    name_of_section: str = "targets",
-) -> None:
-    """Write the results as JSON, their rows as CSV, the `section` of a spec as YAML, and figures as SVG and PNG."""
-    from stemcal.drawing.style import save
-    from stemcal.storage.atomic import write_atomic
-    from stemcal.storage.canonical import as_json
-
-    folder.mkdir(parents=True, exist_ok=True)
-    stage = content["stage"]
-    texts = {f"{stage}.json": as_json(content), f"{stage}.csv": rows.csv(), f"{name_of_section}.yaml": section}
-    for name, text in texts.items():
-        if text:
-            write_atomic(folder / name, text)
-    for name, figure in figures.items():
-        for kind in ("svg", "png"):
-            save(figure, folder / f"{name}.{kind}")
-
-
 def _show(
-    content: object,
-    synthetic: bool,
-    tables: Iterable[Table],
-    notes: Iterable[Note],
-    as_json: bool,
-    quiet: bool,
-    yaml: str = "",
+    content: object, synthetic: bool, tables: list[Table], notes: Iterable[Note], as_json: bool, quiet: bool, yaml: str
 ) -> None:
     if as_json:
         say_json(content)

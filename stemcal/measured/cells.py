@@ -3,6 +3,7 @@
 import csv
 import io
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 from zipfile import ZipFile
@@ -38,15 +39,10 @@ def split(texts: Sequence[str], separator: str) -> list[Line]:
     for text in texts:
         remark = text.lstrip().startswith("#")
         content = text.lstrip("# ") if remark else text
-        if separator == " ":
-            cells = content.split()
-        elif '"' in content:  # a quoted cell may contain the separator
-            try:
+        cells = content.split(None if separator == " " else separator)
+        if '"' in content and separator != " ":  # a quoted cell may contain the separator
+            with suppress(csv.Error):  # a cell of more than 131,072 characters, which cannot be a number
                 cells = next(csv.reader([content], delimiter=separator, skipinitialspace=True), [])
-            except csv.Error:  # a cell of more than 131,072 characters, which cannot be a number
-                cells = content.split(separator)
-        else:
-            cells = content.split(separator)
         filled = [cell.strip().strip('"').strip() for cell in cells] if content.strip() else []
         lines.append(Line(text, filled, remark))
     return lines

@@ -159,13 +159,13 @@ def _stems_of(
 ) -> dict[str, list[float]]:
     """Return all readings (mm, above `least`) of every stem; rows with the same label are of the same stem."""
     scales = {column: scale_of(table, column, MILLIMETRES, "mm") for column in columns}
+    values = {column: table.values(column) for column in columns}
     stems: dict[str, list[float]] = {}
     for row, cells in enumerate(table.rows):
         name = _label(cells, row, labels)
         place = f"{table.source}: stem {quoted(name)[1:-1]}"
         for column in columns:
-            value = table.number(row, column)
-            if value is not None:
+            if (value := values[column][row]) is not None:
                 stems.setdefault(name, []).append(checked_diameter(value * scales[column], place, least))
             elif not is_missing(cells[column]):
                 raise UsageError(f"{place}: {quoted(cells[column])} is not a number")
@@ -196,7 +196,7 @@ def _labels_apart(table: TextTable, labels: Sequence[int], words: Sequence[int] 
 
 
 def _has_no_numbers(table: TextTable, column: int) -> bool:
-    return all(table.number(row, column) is None for row in range(len(table.rows)))
+    return all(value is None for value in table.values(column))
 
 
 def checked_diameter(value: float, place: str, least: float = 0.0) -> float:
@@ -211,7 +211,7 @@ def _label_columns(table: TextTable) -> list[int]:
     names = table.columns if table.headed else ()
     if named := [index for index, name in enumerate(names) if is_called(name, LABEL)]:
         return named[:1]
-    counts = [table.number(row, 0) for row in range(len(table.rows))] == [row + 1.0 for row in range(len(table.rows))]
+    counts = table.values(0) == [row + 1.0 for row in range(len(table.rows))]
     return [0] if len(table.columns) > 1 and (counts or _has_no_numbers(table, 0)) else []
 
 

@@ -105,8 +105,7 @@ def measure_shear(
     name_counts = Counter(name for path in files for name in _names_of(path))
     bases = {path: next((name for name in _names_of(path) if name_counts[name] == 1), str(path)) for path in files}
     for entry in (entry for entry in listed if name_counts[entry.partition("#")[0]] > 1):
-        message = f"--index: {quoted(entry)} is the name of several files; write the folder, as in `7mm/{entry}`"
-        raise UsageError(message)
+        raise UsageError(f"--index: {quoted(entry)} is the name of several files; write the folder: `7mm/{entry}`")
     tested = tuple(s for path, base in bases.items() for s in _specimens(path, base, how, listed))
     names = [s.name for s in tested]
     if unknown := set(exclude) - set(names):
@@ -152,8 +151,7 @@ def find_files(folder: Path) -> list[Path]:
     index = ("index", "specimens")  # tables of the user, not of the machine
     files = [path for path in files if path.stem.lower() not in index and not path.name.startswith(("~$", "."))]
     if not files:
-        message = f"{folder}: no files with the extension {listed(_SUFFIXES)} found; add files from the testing machine"
-        raise UsageError(message)
+        raise UsageError(f"{folder}: no files with the extension {listed(_SUFFIXES)}; add files of the testing machine")
     # in a path that is split at its numbers, texts and numbers alternate; numbers are compared as numbers
     parts = {path: list(enumerate(re.split(r"([0-9]+)", str(path)))) for path in files}
     return sorted(files, key=lambda path: [(i % 2, float(part) if i % 2 else 0.0, part) for i, part in parts[path]])
@@ -168,13 +166,12 @@ def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
             f"{path}: the index must have columns `file` and `diameter` (found {columns_of(table)}); rename the columns"
         )
     name, diameter = names[0], diameters[0]
-    scale = scale_of(table, diameter, MILLIMETRES, "mm")
-    index = {}
-    for row, cells in enumerate(table.rows):
-        value, place = table.number(row, diameter), f"{path}: {quoted(cells[name])}"
+    scale, index = scale_of(table, diameter, MILLIMETRES, "mm"), {}
+    grades = table.values(grade[0]) if grade else [None] * len(table.rows)
+    for cells, value, nominal in zip(table.rows, table.values(diameter), grades, strict=True):
+        place = f"{path}: {quoted(cells[name])}"
         if value is None:
             raise UsageError(f"{place}: {quoted(cells[diameter])} is not a diameter")
-        nominal = table.number(row, grade[0]) if grade else None
         file = cells[name].replace("\\", "/").removeprefix("./")
         size = checked_diameter(value * scale, place)
         index[file] = size, None if nominal is None else checked_diameter(nominal, place)

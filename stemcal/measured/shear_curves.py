@@ -16,8 +16,17 @@ import numpy as np
 from stemcal.arrays import Array
 from stemcal.errors import UsageError
 from stemcal.formats import counted
-from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, TRAVEL, folded, is_missing, millimetres_in, quoted
-from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_tables, scale_of
+from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, TRAVEL, folded, millimetres_in, quoted
+from stemcal.measured.tables import (
+    Form,
+    TextTable,
+    columns_of,
+    given_columns,
+    matching,
+    read_tables,
+    rows_with_numbers,
+    scale_of,
+)
 from stemcal.notes import Note, Remedy
 
 PRELOAD = 5.0  # usual preload, N
@@ -96,8 +105,9 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCur
             pairs, notes = _pairs(table, how)
         except UsageError as error:
             failure = failure or error
-            text = f"Sheet {quoted(table.sheet)} contains no curve and was skipped."
-            skipped.append(Note("sheet_skipped", "info", text))
+            skipped.append(
+                Note("sheet_skipped", "info", f"Sheet {quoted(table.sheet)} contains no curve and was skipped.")
+            )
             continue
         curves += _curves_of(table, pairs, how, notes, several=len(tables) > 1)
     if failure is not None and not curves:
@@ -138,7 +148,7 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
 def _columns(
     table: TextTable, what: str, option: str | None, words: Sequence[str], units: dict[str, float]
 ) -> list[int]:
-    columns = matching(table, words, units) if option is None else given_columns(table, option, what)
+    columns = given_columns(table, option, what) if option is not None else matching(table, words, units)
     if not columns:
         raise UsageError(
             f"{table.source}: no {what} column found among {columns_of(table)}; specify the column with "
@@ -174,26 +184,21 @@ def _curves_of(
         stated = float(match[1].replace(",", ".")) * (10.0 if match[2] == "cm" else 1.0)
     curves, begin = list[ShearCurve](), 0
     for number, pair in enumerate(pairs, 1):
-        above = [label for label in table.labels[begin : max(pair) + 1] if label]
+        curve = _curve(table, *pair, how, [] if curves else list(notes))
+        label = " ".join(filter(None, (sheet, str(number) if len(pairs) > 1 else "")))
+        above = [text for text in table.labels[begin : max(pair) + 1] if text]
         begin = max(pair) + 1
         # diameter of the specimen above its columns, in the heading of its force, or in the title of its sheet
         over = millimetres_in(above[-1]) if above else None
         if over is None and len(pairs) > 1:
             over = millimetres_in(table.columns[pair[1]])
         over = millimetres_in(sheet) if over is None else over
-        curve = _curve(table, *pair, how, [] if curves else list(notes))
-        label = " ".join(filter(None, (sheet, str(number) if len(pairs) > 1 else "")))
         curves.append(replace(curve, diameter=stated, label=label, over=over))
     return curves
 
 
 def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: list[Note]) -> ShearCurve:
-    for column in (across, up):
-        if all(table.number(row, column) is None for row in range(len(table.rows))):
-            content = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
-            where = f"{table.source}: column {quoted(table.columns[column])}"
-            raise UsageError(f"{where} contains {quoted(content)} instead of numbers; export plain numbers")
-    rows, omitted = _usable(table, across, up)
+    rows, omitted = rows_with_numbers(table, across, up)
     if len(rows.rows) < _FEWEST:
         few = f"the curve has only {counted(len(rows.rows), 'point')}"
         raise UsageError(f"{table.source}: {few}; use a file with at least {_FEWEST} points")
@@ -237,27 +242,6 @@ def _require_one_curve(table: TextTable, travel: Array, force: Array) -> None:
             f"{back + 1} of the numbers, and the force rises again: the file contains several curves; save each curve "
             "in a separate file"
         )
-
-
-def _usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:
-    """Return the table without the rows that have no value in the columns, and notes on the omitted rows.
-
-    Omitted are rows with an empty cell or NaN, and the summary in words that a machine writes below the data. Rows
-    with other words among the numbers remain, so that reading the numbers reports them as errors.
-    """
-    cells = [[row[column] for column in columns] for row in table.rows]
-    last = max((i for i, row in enumerate(cells) if all(table.as_number(cell) is not None for cell in row)), default=-1)
-    kept = [table.rows[i] for i, row in enumerate(cells[: last + 1]) if not any(is_missing(cell) for cell in row)]
-    notes: list[Note] = []
-    if len(kept) < len(table.rows):
-        omitted = counted(len(table.rows) - len(kept), "row")
-        text = f"Rows without a number for force or displacement were omitted ({omitted})."
-        notes.append(Note("rows_left_out", "info", text))
-    if table.unread:
-        text = f"Numeric rows outside the curve table were skipped ({counted(table.unread, 'row')})."
-        remedy = Remedy("If the rows are a further curve, save the curve in a separate file.")
-        notes.append(Note("rows_apart", "caution", text, remedy))
-    return replace(table, rows=tuple(kept)), notes
 
 
 def contact_begins(force: Array, preload: float) -> int:

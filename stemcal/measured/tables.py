@@ -12,8 +12,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
+from stemcal.formats import counted
 from stemcal.measured import headings
 from stemcal.measured.cells import MAX_BYTES, Line, decoded_table, split, workbook
+from stemcal.notes import Note, Remedy
 from stemcal.storage.plain import read_plain
 
 _SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
@@ -60,24 +62,18 @@ class TextTable:
     sheet: str = ""
     stated: tuple[str, ...] = ()
 
-    def number(self, row: int, column: int) -> float | None:
-        """Return a cell as a number; None if it is empty or a word."""
-        return self.as_number(self.rows[row][column])
-
-    def as_number(self, cell: str) -> float | None:
-        """Return the number in a text with the table's decimal mark; None if the text is not a number."""
-        return headings.as_number(cell, self.form.decimal or ".")
+    def values(self, column: int) -> list[float | None]:
+        """Return the cells of a column as numbers; None for a cell that is empty or a word."""
+        return [headings.as_number(cells[column], self.form.decimal or ".") for cells in self.rows]
 
     def numbers(self, column: int) -> list[float]:
         """Return a column of numbers; raise `UsageError` with the row of the first cell that is not a number."""
-        values = []
-        for row, cells in enumerate(self.rows, 1):
-            value = self.as_number(cells[column])
-            if value is None:
-                place = f"{self.source}: data row {row}, {headings.quoted(self.columns[column])[1:-1]}"
-                raise UsageError(f"{place}: {headings.quoted(cells[column])} is not a number")
-            values.append(value)
-        return values
+        values = self.values(column)
+        if None in values:
+            row = values.index(None)
+            place = f"{self.source}: data row {row + 1}, {headings.quoted(self.columns[column])[1:-1]}"
+            raise UsageError(f"{place}: {headings.quoted(self.rows[row][column])} is not a number")
+        return [value for value in values if value is not None]
 
     @property
     def synthetic(self) -> bool:
@@ -90,8 +86,7 @@ def read_table(path: Path, form: Form = Form()) -> TextTable:
     tables = read_tables(path, form)
     if len(tables) > 1:
         titles = ", ".join(headings.quoted(table.sheet) for table in tables)
-        message = f"{path}: several sheets of the workbook contain tables ({titles}); choose a sheet with `--sheet`"
-        raise UsageError(message)
+        raise UsageError(f"{path}: several sheets contain tables ({titles}); choose a sheet with `--sheet`")
     return tables[0]
 
 
@@ -106,7 +101,7 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
         if form.sheet is not None:
             raise UsageError(f"--sheet {headings.quoted(form.sheet)}: {path} is not a workbook; remove `--sheet`")
         text, encoding = decoded_table(content, form.encoding, path)
-        return [_of_text(text, replace(form, encoding=encoding), path, decimals)]
+        return [_of_text(text.splitlines(), replace(form, encoding=encoding), path, decimals)]
     if form.sheet is not None and form.sheet not in lines_of:
         known = ", ".join(map(headings.quoted, lines_of))
         raise UsageError(f"{path}: the workbook has no sheet {headings.quoted(form.sheet)}; its sheets are {known}")
@@ -121,8 +116,7 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
     return [table for table in tables if table.rows]
 
 
-def _of_text(text: str, form: Form, path: Path, decimals: Sequence[str]) -> TextTable:
-    texts = text.splitlines()
+def _of_text(texts: Sequence[str], form: Form, path: Path, decimals: Sequence[str]) -> TextTable:
     separators = [_named(form.separator, _SEPARATORS, "--separator")] if form.separator else list(_SEPARATORS.values())
     # a comma can be both marks only if the numbers are in quotes
     has_quotes = any('"' in text for text in texts[:_PROBED])
@@ -135,8 +129,8 @@ def _of_text(text: str, form: Form, path: Path, decimals: Sequence[str]) -> Text
     separator, decimal = max(ways, key=lambda way: _score(split(texts[:_PROBED], way[0]), way[1], ragged=way[0] != " "))
     table = _table(split(texts, separator), Form(form.encoding, separator, decimal), str(path), ragged=separator != " ")
     if not table.rows:
-        message = f"{path}: no numeric rows found; describe the format with `--separator`, `--decimal` and `--encoding`"
-        raise UsageError(message)
+        how = "describe the format with `--separator`, `--decimal` and `--encoding`"
+        raise UsageError(f"{path}: no numeric rows found; {how}")
     return table
 
 
@@ -288,6 +282,34 @@ def matching(table: TextTable, words: Sequence[str], known: Collection[str] = ()
     return [i for i in named if table.units[i] in known] or [i for i in named if not table.units[i]] or named
 
 
+def rows_with_numbers(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:
+    """Return the table without the rows that have no value in one of the columns, and notes on the omitted rows.
+
+    Omitted are rows with an empty cell or NaN, and the summary in words that a machine writes below the data. Rows
+    with other words among the numbers remain, so that reading the numbers reports them as errors. Raises `UsageError`
+    if a column has no number at all.
+    """
+    values = [table.values(column) for column in columns]
+    for column, numbers in zip(columns, values, strict=True):
+        if all(number is None for number in numbers):
+            filled = (row[column] for row in table.rows if not headings.is_missing(row[column]))
+            content = next(filled, "empty cells")
+            where = f"{table.source}: column {headings.quoted(table.columns[column])}"
+            raise UsageError(f"{where} contains {headings.quoted(content)} instead of numbers; export plain numbers")
+    last = max((i for i, row in enumerate(zip(*values, strict=True)) if None not in row), default=-1)
+    kept = [row for row in table.rows[: last + 1] if not any(headings.is_missing(row[column]) for column in columns)]
+    notes: list[Note] = []
+    if len(kept) < len(table.rows):
+        omitted = counted(len(table.rows) - len(kept), "row")
+        text = f"Rows without a number for force or displacement were omitted ({omitted})."
+        notes.append(Note("rows_left_out", "info", text))
+    if table.unread:
+        text = f"Numeric rows outside the curve table were skipped ({counted(table.unread, 'row')})."
+        remedy = Remedy("If the rows are a further curve, save the curve in a separate file.")
+        notes.append(Note("rows_apart", "caution", text, remedy))
+    return replace(table, rows=tuple(kept)), notes
+
+
 def scale_of(
     table: TextTable, column: int, known: dict[str, float], default: str, unit: str | None = None, option: str = ""
 ) -> float:
@@ -326,7 +348,7 @@ def columns_of(table: TextTable) -> str:
     """Return the names of the columns for a message; without headings, the range of the numbers in each."""
     listed = [headings.quoted(name) for name in table.columns[:_MOST_SHOWN]]
     for column, name in enumerate(() if table.headed else table.columns[:_MOST_SHOWN]):
-        values = [value for row in range(len(table.rows)) if (value := table.number(row, column)) is not None]
+        values = [value for value in table.values(column) if value is not None]
         listed[column] = f"{name} ({min(values):g} to {max(values):g})" if values else f"{name} (no numbers)"
     more = len(table.columns) - len(listed)
     return ", ".join(listed) + (f" and {more} more" if more else "")

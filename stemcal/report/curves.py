@@ -1,4 +1,4 @@
-"""Figures of force and energies of runs over blade travel, and of laboratory measurements."""
+"""Figures of force and energies of runs over blade travel."""
 
 from bisect import bisect_right
 from collections.abc import Collection, Mapping, Sequence
@@ -8,8 +8,6 @@ import numpy as np
 
 from stemcal.drawing.style import BLUE, FAINT, GREEN, INK, ORANGE, Axes, Figure, legend_above, literal, new_figure
 from stemcal.measured.curve_modes import CurveModes
-from stemcal.measured.diameters import Diameters
-from stemcal.measured.shear import ShearTests
 from stemcal.report.records import RunCurve
 
 
@@ -78,71 +76,3 @@ def energies(rows: Mapping[str, Sequence[float]]) -> Figure:
         axes.set(xlabel="blade travel, mm", ylabel="energy, mJ", ylim=(0, None))
         legend_above(axes)
     return figure
-
-
-SYNTHETIC = "synthetic data, not measured"
-
-
-def diameter_histogram(measured: Diameters) -> Figure:
-    """Draw the histogram of stem diameters with the fitted normal distribution and the limits of the grades."""
-    values = np.array([stem.diameter for stem in measured.stems])
-    edges = np.histogram_bin_edges(values, bins="fd")
-    mean, sd = measured.summary.mean, measured.summary.sd or 0.0
-    x = np.linspace(min(edges[0], mean - 3 * sd), max(edges[-1], mean + 3 * sd), 200)
-    # number of stems in a bin of width w: n·w·φ((x − x̄)/s)/s
-    curve = len(values) * (edges[1] - edges[0]) * np.exp(-0.5 * ((x - mean) / sd) ** 2) / (sd * np.sqrt(2 * np.pi))
-    with new_figure() as figure:
-        axes = figure.add_subplot()
-        axes.hist(values, bins=edges.tolist(), color=BLUE, alpha=0.75, edgecolor="white", linewidth=0.6)
-        axes.plot(x, curve, color=ORANGE, label=f"normal, {mean:.2f} ± {sd:.2f} mm")
-        for limit in sorted({limit for grade in measured.grades for limit in (grade.low, grade.high)}):
-            axes.axvline(limit, color=FAINT, linestyle=":", linewidth=0.9)
-        axes.set(xlabel="stem diameter, mm", ylabel="stems", ylim=(None, 1.25 * axes.get_ylim()[1]))
-        axes.locator_params(axis="y", integer=True)
-        axes.legend(loc="upper right")
-        _mark(figure, measured.synthetic)
-    return figure
-
-
-def shear_curves(tests: ShearTests) -> Figure:
-    """Draw force over travel of all specimens, coloured by diameter grade."""
-    import matplotlib
-
-    with new_figure(width=6.4) as figure:
-        axes = figure.add_subplot()
-        colours = matplotlib.colormaps["viridis"]
-        for number, grade in enumerate(tests.grades):
-            colour = colours(0.9 * number / max(1, len(tests.grades) - 1))
-            curves = [specimen.curve for specimen in tests.specimens if specimen.grade == grade.diameter]
-            for index, curve in enumerate(curves):
-                label = f"{grade.diameter:g} mm" if index == 0 else None
-                axes.plot(curve.travel, curve.force, color=colour, linewidth=0.8, alpha=0.8, label=label)
-        axes.set(xlabel="blade travel after preload, mm", ylabel="force, N", ylim=(0, None))
-        axes.margins(x=0)
-        axes.legend(loc="upper right")
-        _mark(figure, tests.synthetic)
-    return figure
-
-
-def force_over_diameter(tests: ShearTests) -> Figure:
-    """Draw maximum force over diameter: specimens, mean of each grade with its 95 % interval, and the power law."""
-    with new_figure() as figure:
-        axes = figure.add_subplot()
-        diameters, forces = zip(*((s.diameter, s.curve.max_force) for s in tests.specimens), strict=True)
-        axes.plot(diameters, forces, "o", color=FAINT, markersize=3, label="specimens")
-        means = [(g.diameter, g.summary.mean, g.summary.mean_interval) for g in tests.grades]
-        known = [(at, mean, interval[1] - mean) for at, mean, interval in means if interval]
-        at, heights, half_widths = zip(*known, strict=True) if known else ((), (), ())
-        axes.errorbar(at, heights, yerr=half_widths, fmt="s", color=BLUE, capsize=3, label="mean, 95 %")
-        if (law := tests.power_law) is not None:
-            d = np.linspace(min(diameters), max(diameters), 100).tolist()
-            axes.plot(d, [law.at(x) for x in d], color=ORANGE, label=f"∝ d^{law.exponent:.2f}")
-        axes.set(xlabel="stem diameter, mm", ylabel="maximum shear force, N", ylim=(0, None))
-        axes.legend(loc="upper left")
-        _mark(figure, tests.synthetic)
-    return figure
-
-
-def _mark(figure: Figure, synthetic: bool) -> None:
-    if synthetic:
-        figure.suptitle(SYNTHETIC, color=INK, fontsize=8, fontstyle="italic")

@@ -29,15 +29,22 @@ def fracture(shape: Shape) -> Figure:
     """Draw side view and section of the stem near the blade; x along the stem, z upwards, the blade moves down."""
     scale = _strain_scale([shape])
     with new_figure(width=6.4, height=2.3) as figure:
-        panels = figure.subplots(1, 2, sharex=True, sharey=True)
-        shown = (_side_faces(shape), "side view"), (_section_faces(shape), "section")
-        for axes, (faces, label) in zip(panels, shown, strict=True):
-            _draw_faces(axes, shape, faces, scale, half_width(shape))
-            axes.set_title(label, color=INK)
-            axes.set_xlabel("x, mm")
-        panels[0].set_ylabel("z, mm")
-        _colour_bar(figure, scale, list(panels))
+        panels = list(figure.subplots(1, 2, sharex=True, sharey=True))
+        _draw_views(panels, shape, scale, half_width(shape))
+        _colour_bar(figure, scale, panels)
     return figure
+
+
+def _draw_views(panels: Sequence[Axes], shape: Shape, scale: Any, reach: float) -> list[Any]:
+    """Draw the side view and the section in two panels; return the artists added to them."""
+    added: list[Any] = []
+    views = (_side_faces(shape), "side view"), (_section_faces(shape), "section")
+    for axes, (faces, label) in zip(panels, views, strict=True):
+        added += _draw_faces(axes, shape, faces, scale, reach)
+        axes.set_title(label, color=INK)
+        axes.set_xlabel("x, mm")
+    panels[0].set_ylabel("z, mm")
+    return added
 
 
 def half_width(shape: Shape) -> float:
@@ -156,11 +163,7 @@ def _stage(figure: Figure, frames: Sequence[Frame], along: Curve) -> Any:
     def show(frame: Frame) -> None:
         while shown:
             shown.pop().remove()
-        for axes, faces, label in ((side, _side_faces, "side view"), (section, _section_faces, "section")):
-            shown.extend(_draw_faces(axes, frame.shape, faces(frame.shape), scale, reach))
-            axes.set_title(label, color=INK)
-            axes.set_xlabel("x, mm")
-        side.set_ylabel("z, mm")
+        shown.extend(_draw_views((side, section), frame.shape, scale, reach))
         work = f"work {fixed(work_until(*along, frame.travel), 0)} mJ"
         curve.set_title(f"travel {fixed(frame.travel)} mm, force {fixed(frame.force, 0)} N, {work}", color=INK)
         marker.set_data([frame.travel], [frame.force])

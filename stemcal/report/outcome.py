@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from stemcal.drawing.showing import Finished, Showing, names_of
-from stemcal.drawing.table import MOST_ROWS, Table
+from stemcal.drawing.table import MOST_ROWS, Table, showable
 from stemcal.formats import counted
 from stemcal.notes import SEVERITIES, Note
 from stemcal.stages.result import StageResult
@@ -24,9 +24,10 @@ def cited_ranges(results: Finished) -> Mapping[str, str]:
     return next((ranges for result in results.done if (ranges := showing_of(result).cited(result))), {})
 
 
-def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None) -> list[Table]:
-    """Return the tables of a stage, with at most `MOST_ROWS` rows each; `labels` replace the names of factors."""
-    return [shortened(stage, table) for table in showing_of(stage).tables(stage, names_of(stage, labels))]
+def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, holds: bool = True) -> list[Table]:
+    """Return the tables of a stage, shortened; without claims of agreement if the study is not calibrated (`holds`)."""
+    tables = showing_of(stage).tables(stage, names_of(stage, labels))
+    return [shortened(stage, table) for table in showable(tables, holds)]
 
 
 def shortened(stage: StageResult, table: Table) -> Table:

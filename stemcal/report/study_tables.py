@@ -58,9 +58,11 @@ def runs_table(rows: Iterable[LedgerRow], names: Wording, title: str) -> Table:
     return Table.of(columns, entries, title, () if entries else ["None."])
 
 
-def setting_tables(study: Study) -> list[Table]:
-    """Return the table of factors and, unless the study is an optimisation, the table of measured values."""
-    return [factors_table(study), *([_measured(study)] if study.goal is None else [])]
+def setting_tables(study: Study, levels: Mapping[str, float] | None = None) -> list[Table]:
+    """Return the tables of the factors, of the measured values and, at calibrated `levels`, of growing parameters."""
+    measured = [_measured(study)] if study.goal is None else []
+    grown = [grown_table(study, levels)] if levels is not None and study.material.growing() else []
+    return [factors_table(study), *measured, *grown]
 
 
 def grown_table(study: Study, levels: Mapping[str, float]) -> Table:

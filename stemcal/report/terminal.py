@@ -26,14 +26,13 @@ from stemcal.vocabulary import capital
 if TYPE_CHECKING:
     from stemcal.cutting.result import CuttingResult
 
-
 WIDTH = 80
 _CROWDED = 8  # from this number of columns on the gaps between them are narrower, so that names are not broken
 
 
 def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
     """Return tables and sentences of a stage; statements on intervals and agreement only for a calibrated study."""
-    drawn = [part for table in showable(tables_of(stage), holds) for part in table_drawn(table)]
+    drawn = [part for table in tables_of(stage, holds=holds) for part in table_drawn(table)]
     return [*drawn, *identifiability(stage, holds)]
 
 

@@ -11,8 +11,7 @@ import pytest
 
 from stemcal.cli.explain import glossary, look_up
 from stemcal.drawing.style import BLUE, FAINT, resize, styled
-from stemcal.report import curves as laboratory
-from stemcal.report.curves import energies
+from stemcal.report.curves import energies, force_travel, measured_band
 from stemcal.report.gallery import _run_plots
 from stemcal.report.records import Details, RunCurve
 from stemcal.stages.rsm.figures import Solution, contours, relief
@@ -70,9 +69,10 @@ def test_energies_have_a_line_each() -> None:
 
 def test_histogram_counts_all_stems_and_says_what_is_synthetic() -> None:
     from stemcal.measured.diameters import measure_diameters
+    from stemcal.report.measured import diameter_histogram
 
     found = measure_diameters(Path(__file__).parents[2] / "configs/data/measured-diameters.csv")
-    figure = laboratory.diameter_histogram(found)
+    figure = diameter_histogram(found)
     assert sum(bar.get_height() for bar in figure.axes[0].patches) == 50
     assert figure.get_suptitle() == "synthetic data, not measured"
     x, y = figure.axes[0].lines[0].get_data()
@@ -126,7 +126,7 @@ def test_an_axis_without_a_radius_ends_with_the_runs(stages: dict[str, Any]) -> 
 
 def test_only_highlighted_curves_are_coloured_and_named() -> None:
     curve = RunCurve((0.0, 0.5, 1.0), (0.0, 100.0, 20.0), 0.5)
-    axes = laboratory.force_travel(dict.fromkeys(("7 mm", "8 mm", "9 mm"), curve), ["8 mm"]).axes[0]
+    axes = force_travel(dict.fromkeys(("7 mm", "8 mm", "9 mm"), curve), ["8 mm"]).axes[0]
     named = [line for line in axes.lines if not str(line.get_label()).startswith("_")]
     assert [(line.get_label(), line.get_color()) for line in named] == [("8 mm", BLUE)]
     assert [line.get_color() for line in axes.lines].count(FAINT) == 4
@@ -136,7 +136,7 @@ def test_only_highlighted_curves_are_coloured_and_named() -> None:
 def test_the_band_is_two_standard_deviations_about_the_mean() -> None:
     travel, mean, sd = np.array([0.0, 0.5, 1.0]), np.array([40.0, 100.0, 80.0]), np.array([5.0, 10.0, 20.0])
     modes: Any = SimpleNamespace(band=(travel, mean, sd), at_shares=lambda _, force: force)
-    above, below = laboratory.measured_band(modes, RunCurve((0.0, 0.5, 1.0), (45.0, 90.0, 80.0))).axes
+    above, below = measured_band(modes, RunCurve((0.0, 0.5, 1.0), (45.0, 90.0, 80.0))).axes
     ends = above.collections[0].get_paths()[0].vertices
     assert (ends[:, 1].min(), ends[:, 1].max()) == (30.0, 120.0)
     assert below.lines[0].get_ydata() == pytest.approx([1.0, -1.0, 0.0])

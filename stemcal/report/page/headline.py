@@ -89,10 +89,12 @@ def _fitted(study: Study) -> str:
 
 def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
     """Return (name, value) rows on spec, solver and program, with which a reader can repeat and cite the study."""
-    citation = f"The stemcal developers: stemcal, version {__version__}."
     return [
         ("Spec", f"{study.source.name}, SHA-256 {spec_hash}" if spec_hash else study.source.name),
         ("Solver", study.solver.program_name),
         ("Written by", f"stemcal {code_version()}"),
-        ("Cite", f"{citation} Publish the spec together with your results."),
+        (
+            "Cite",
+            f"The stemcal developers: stemcal, version {__version__}. Publish the spec together with your results.",
+        ),
     ]

@@ -15,16 +15,16 @@ from markupsafe import Markup, escape
 
 from stemcal.drawing.plot import Plot, Shared, inline_svg
 from stemcal.drawing.showing import Setting
-from stemcal.drawing.table import Table, showable
+from stemcal.drawing.table import Table
 from stemcal.errors import UsageError
 from stemcal.formats import counted, series, short
 from stemcal.report.gallery import gallery
 from stemcal.report.glossary import glossary
-from stemcal.report.outcome import certainty, failures_of, outcome_sentences, showing_of, shown_notes, tables_of
+from stemcal.report.outcome import certainty, failures_of, outcome_sentences, shown_notes, tables_of
 from stemcal.report.page.headline import first_remedy, headline, lead, made_with, quantity_calibrated, question
 from stemcal.report.page.scope import scope
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
-from stemcal.report.study_tables import design_tables, grown_table, setting_tables
+from stemcal.report.study_tables import design_tables, setting_tables
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
@@ -94,16 +94,16 @@ def render(content: PageContent) -> str:
     study, results, records, verdict = content.study, content.results, content.records, content.verdict
     done, first = results.done, _first_pictures(study, content.plots)
     plots = [plot for plot in content.plots if plot not in first]
-    names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
+    labels = {factor.name: factor.label for factor in study.factors}
     people = Wording(study.naming, labels=labels)
     use = " ".join(uses(verdict, people))
     cards = headline(results, study, verdict.holds)
-    named = re.compile(r"`[^`]*`|\w+_\w+")
-    labelled = partial(named.sub, lambda name: people.in_text(name[0]))
+    labelled = partial(re.compile(r"`[^`]*`|\w+_\w+").sub, lambda name: people.in_text(name[0]))
     setting, limits = Setting(study, results, verdict.holds), scope(study, results)
-    has_grown = results.calibrated and study.material.growing()  # parameters that depend on the stem diameter
-    grown = [grown_table(study, results.parameters)] if has_grown else []
-    profilers = (showing_of(result).profiler(result, setting) for result in done)
+    stages = [stage_called(result.name) for result in done]
+    missing = [stage.title for stage in stages_of(study) if stage not in stages]
+    profilers = (stage.showing().profiler(result, setting) for stage, result in zip(stages, done, strict=True))
+    levels = results.parameters if verdict.holds and results.calibrated else None
     warnings = map(str, run_warnings(records, verdict))
     meanings = ((name, term.meaning.replace("`", "")) for term in glossary() for name in term.names[::-1])
     terms = {name.lower().replace("_", " "): meaning for name, meaning in meanings}
@@ -115,7 +115,7 @@ def render(content: PageContent) -> str:
         kind=quantity_calibrated(study),
         question=question(study),
         warnings=[*study.warnings, *results.stale, *filter(None, map(failures_of, done)), *warnings],
-        missing=[stage.title for stage in stages_of(study) if stage.name not in names],
+        missing=missing,
         verdict=verdict,
         word=word(verdict),
         lead=lead(verdict, use),
@@ -128,8 +128,11 @@ def render(content: PageContent) -> str:
         cited="\n".join([*map(str, cards), *(f"{title}: {labelled(text)}" for title, text in limits)]),
         scope=limits,
         spec=study.source.read_text("utf-8-sig", errors="replace") if study.source.is_file() else "",
-        setting=_part_of([*setting_tables(study), *showable(grown, verdict.holds)], (), shared),
-        sections=[_section(result, plots, verdict, labels, shared) for result in done],
+        setting=_part_of(setting_tables(study, levels), (), shared),
+        sections=[
+            _section(stage.title, result, plots, verdict, labels, shared)
+            for stage, result in zip(stages, done, strict=True)
+        ],
         runs=_part_of(_run_tables(study, results), _plots_of("runs", plots), shared),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
         css=(css := f"{page_part('page.css')}{shared.css}"),
@@ -148,17 +151,14 @@ def coded(text: str) -> Markup:
 
 
 def _section(
-    result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], shared: Shared
+    title: str, result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], shared: Shared
 ) -> dict[str, Any]:
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
-    tables = showable(tables_of(result, labels), verdict.holds)
     notes = [str(note) for note in shown_notes(result, verdict.holds)]
-    return {
-        "anchor": result.name,
-        "title": stage_called(result.name).title,
-        "outcome": " ".join(outcome_sentences(result, verdict.holds, labels)),
-        "part": _part_of(tables, pictures, shared, notes),
-    }
+    tables = tables_of(result, labels, verdict.holds)
+    outcome = " ".join(outcome_sentences(result, verdict.holds, labels))
+    part = _part_of(tables, pictures, shared, notes)
+    return {"anchor": result.name, "title": title, "outcome": outcome, "part": part}
 
 
 def _part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, notes: Sequence[str] = ()) -> _Part:
