@@ -21,7 +21,7 @@ import numpy as np
 from stemcal.arrays import Array
 from stemcal.errors import UsageError
 
-_LETTERS = "ABCDEFGHJKLMNOPQ"  # I is the identity
+_LETTERS = "ABCDEFGHJKLMNOPQ"  # the letter I denotes the identity and is skipped
 _MOST_FACTORS = 12
 
 # Generators of the added factors for minimum aberration, by number of runs and number of factors.

@@ -177,7 +177,7 @@ class Bend:
 
 
 def bend_freedom(terms: Array, d: Array) -> int:
-    """Return the residual degrees of freedom with d³ and d⁴ added to the terms (n, p), d the coded condition; or 0."""
+    """Return the residual degrees of freedom with the further terms d³ and d⁴ (coded condition); 0 if not estimable."""
     more = np.column_stack([terms, d**3, d**4])
     return len(d) - more.shape[1] if np.linalg.matrix_rank(more) == more.shape[1] else 0
 
