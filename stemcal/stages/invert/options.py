@@ -80,9 +80,9 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
     if named.is_cutting and not draft.kind.gives_curve:
         yield Finding(path, f"a solver of kind `{draft.study.solver.kind}` returns only the force", "remove the key")
     if FIRST not in names or len(set(names)) < len(names):
-        listed = ", ".join(named.named(name).name for name in names)
-        message = f"the list must contain the {named.response.noun} and must not repeat a response ({listed})"
-        yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
+        listed = [named.named(name).name for name in names]
+        message = f"the list must contain the {named.response.noun} and must not repeat a response"
+        yield Finding(path, message, f"write [{', '.join(dict.fromkeys((named.response.name, *listed)))}]")
     for key in (name for name in names if name == FIRST or not draft.tests or named.named(name).in_table):
         name = named.named(key).name
         means = ((target.row, *target.mean_of(key)) for target in draft.study.targets.means)
