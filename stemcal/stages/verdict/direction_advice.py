@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from math import exp, hypot, inf, log, nan
 
 from stemcal.doe.comparison import NORMAL, standard_error
-from stemcal.formats import outwards, series, short
+from stemcal.formats import outwards, series, significant
 from stemcal.notes import Note, Remedy
 from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
 from stemcal.stages.verdict.verdict_rules import Evidence
@@ -31,9 +31,9 @@ def direction_reason(evidence: Evidence, surface: Surfaces, solution: Mapping[st
     if apart < 2.0 * log(1.0 + 0.01 * evidence.equivalent_percent) or apart < NORMAL * known:
         return
     modulus = study.parameters(solution, study.calibration_target.condition)[_E]
-    first, second = (f"{series(names)} requires {short(modulus * times, 3)} MPa" for names, times, _ in (along, across))
+    first, second = (f"{significant(modulus * times, 3)} MPa ({series(names)})" for names, times, _ in (along, across))
     text = (
-        f"The tests require different elastic moduli: {first}, {second}. The model is isotropic, so no value of its "
+        f"The tests require different elastic moduli: {first} and {second}. The model is isotropic, so no value of its "
         "elastic modulus reproduces both slopes."
     )
     remedy = _to_transverse(study, surface, solution, along[1] * modulus, across[1] * modulus)
