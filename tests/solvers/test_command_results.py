@@ -416,7 +416,7 @@ def test_the_line_of_the_end_is_no_row_of_a_table(tmp_path: Path, text: str, num
 
 
 def test_a_pattern_searches_ten_thousand_characters_of_each_line(tmp_path: Path) -> None:
-    (tmp_path / "log").write_text("F=1\n" + " " * 9996 + "F=25\n" + " " * 9999 + "F=3\n", encoding="utf-8")
+    (tmp_path / "log").write_text("F=1\n" + " " * 9996 + "F=25\n" + " " * 9998 + "F=3\n", encoding="utf-8")
     result = ResultReader(file="log", pattern=r"F=(\d+)")
     assert read_number(result, tmp_path) == 25.0
     groups = ResultReader(file="log", pattern=r"(F)=(?P<y>\d+)")

@@ -13,6 +13,7 @@ from stemcal.fem.mesh import brick
 from stemcal.solvers.deck import Deck, DeckForm, DeckProgram, deck_text
 from stemcal.solvers.deck.equivalents import contact_scale, density_factor, rate_constants, shortest, wanted_step
 from stemcal.solvers.deck.keywords import fitted, form_of, keyword
+from stemcal.solvers.deck.openradioss_output import values_not_read
 from stemcal.solvers.deck.tools import _blade_section, blade_mesh, supports_mesh
 from stemcal.solvers.deck.writer import engine_text, material_text, starter_around
 from stemcal.solvers.protocol import Request
@@ -419,6 +420,22 @@ def test_the_printed_rate_law_is_converted_or_left_out(tmp_path: Path) -> None:
         "the rate law 1 + (rate/C)^5 is written in the LS-DYNA form, 1 + (rate/C)^(1/P), with P = 0.2"
     ]
     assert (fast.material["c"], fast.material["p"]) == (70.0, 0.2)
+
+
+def test_small_constants_are_constants_too(tmp_path: Path) -> None:
+    """C of 0.5 1/s, a hardening of 0.7 MPa, and lengths below 1 mm: each is more than none."""
+    deck = Deck.of(study_of(tmp_path, "lsdyna", "paper"), LEVELS, 8.0)
+    slow = study_of(tmp_path, "openradioss", more="nonlocal_failure: true, elements_through_wall: 3")
+    law = slow.material.model_copy(update={"strain_rate_c": 0.5, "internal_length": Length(0.9)})
+    small = Deck.of(slow.model_copy(update={"material": law}), LEVELS, 8.0)
+    assert small.material["c"] == 0.5 and small.nonlocal_length == pytest.approx(0.4)
+    assert values_not_read("", small.material, 0.4)[-2:] == ["C = 0.5", "1/P = 0.2"]
+    dyna = Deck.of(study_of(tmp_path, "lsdyna").model_copy(update={"material": law}), LEVELS, 8.0)
+    assert cards_of(deck_text(dyna))["MAT_PLASTIC_KINEMATIC"][1] == [0.5, 5, 0.04, 1]
+    printed = Deck.of(deck.study.model_copy(update={"material": law}), LEVELS, 8.0)
+    assert printed.notes == [
+        "the rate law 1 + (rate/C)^5 is written in the LS-DYNA form, 1 + (rate/C)^(1/P), with P = 0.2"
+    ]
 
 
 def test_rates_of_an_embedded_study_are_not_smoothed_in_its_deck(tmp_path: Path) -> None:

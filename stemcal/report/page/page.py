@@ -204,7 +204,7 @@ def environment() -> Environment:
 
 def page_part(name: str) -> str:
     """Return the style sheet or the script of the page, without indentation and lines that are comments."""
-    return re.sub(r"(?m)^(\s+|//.*\n)", "", Path(__file__).with_name(name).read_text("utf-8"))
+    return re.sub(r"(?m)^\s*(//.*\n)?", "", Path(__file__).with_name(name).read_text("utf-8"))
 
 
 def policy(css: str, script: str) -> str:
