@@ -17,17 +17,10 @@ from stemcal.measured.shear import find_files, measure_shear
 from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.tables import Form
 from stemcal.report import fracture as pictures
-from stemcal.report.curves import (
-    SYNTHETIC,
-    diameter_histogram,
-    energies,
-    force_over_diameter,
-    force_travel,
-    measured_band,
-    shear_curves,
-)
+from stemcal.report.curves import energies, force_travel, measured_band
 from stemcal.report.fracture import fracture, half_width, write_animation
 from stemcal.report.gallery import _run_plots
+from stemcal.report.measured import diameter_histogram, force_over_diameter, shear_curves
 from stemcal.report.records import Details, RunCurve
 from stemcal.solvers.film import Frame
 
@@ -357,7 +350,7 @@ def test_measured_curves_are_coloured_by_their_grade(sheared: Any) -> None:
     first = next(specimen for specimen in sheared.specimens if specimen.grade == sheared.grades[0].diameter)
     assert list(axes.lines[0].get_ydata()) == list(first.curve.force)
     assert axes.get_ylim()[0] == 0.0 and axes.get_xlabel() == "blade travel after preload, mm"
-    assert figure.get_suptitle() == SYNTHETIC
+    assert figure.get_suptitle() == "synthetic data, not measured"
 
 
 def test_forces_over_diameters_with_means_intervals_and_the_power_law(sheared: Any) -> None:
