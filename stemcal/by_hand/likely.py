@@ -8,7 +8,7 @@ from statistics import median
 
 from stemcal.by_hand.row_checks import RowRefused, other_level, values_in_row
 from stemcal.by_hand.run_sheet import RUN, STUDY, Field, Filled, entered_responses, narrow
-from stemcal.measured.headings import as_number
+from stemcal.measured.cells import as_number
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.stage import stage_called
 from stemcal.study.model.study import Study

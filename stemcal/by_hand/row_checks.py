@@ -6,7 +6,7 @@ from math import nan
 
 from stemcal.by_hand.run_sheet import FAILED, REPLICATE, Filled, entered_responses, run_name
 from stemcal.errors import UsageError
-from stemcal.measured.headings import as_number
+from stemcal.measured.cells import as_number, not_a_number
 from stemcal.solvers.protocol import NOT_RUN, RESPONSES, Answer, Request
 from stemcal.study.model.study import Study
 from stemcal.study.types.field_types import MOST
@@ -130,7 +130,7 @@ def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float:
         raise Unread(f"{cell!r} is ambiguous ({first:.6g} or {second:.6g}); write the number without a comma")
     value = second if first is None else first
     if value is None:
-        raise Unread(f"{cell!r} is not a number; write a number without a unit")
+        raise Unread(f"{not_a_number(cell)}; write a number without a unit")
     if heading != wanted and (heading or wanted != "1"):
         try:
             from_unit, to_unit = parse_unit(heading), parse_unit(wanted)

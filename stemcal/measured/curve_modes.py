@@ -37,7 +37,8 @@ FEWEST = 5
 """Least number of specimens from which the scatter is estimated."""
 MOST = 3
 _SHARES = np.arange(1, 26) / 25.0
-_HELD, _TOP, _FALLEN = 0.99, 0.95, 0.9
+_HELD = 0.99  # share of the scatter that the components contain
+_TOP, _FALLEN = 0.95, 0.9  # shares of the maximum force at the travel u*, and at the break
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,10 @@ import numpy as np
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted, series
-from stemcal.measured.headings import BORE, DIAMETER, LABEL, MILLIMETRES, READING, SKIN, is_called, is_missing, quoted
+from stemcal.measured.cells import is_missing, not_a_number, quoted
+from stemcal.measured.headings import BORE, DIAMETER, LABEL, MILLIMETRES, READING, SKIN
 from stemcal.measured.statistics import ShapiroWilk, Summary, shapiro_wilk, summarise
-from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_table, scale_of
+from stemcal.measured.tables import Form, TextTable, read_table
 from stemcal.notes import Note, Remedy
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, inline
@@ -95,8 +96,8 @@ def measure_diameters(
         summary=summary,
         normality=shapiro_wilk(values),
         grades=grades_of_stems,
-        bore=_by_grade(table, labels, matching(table, BORE, MILLIMETRES), stems, grades_of_stems),
-        skin=_by_grade(table, labels, matching(table, SKIN, MILLIMETRES), stems, grades_of_stems),
+        bore=_by_grade(table, labels, table.matching(BORE, MILLIMETRES), stems, grades_of_stems),
+        skin=_by_grade(table, labels, table.matching(SKIN, MILLIMETRES), stems, grades_of_stems),
         share_percent=sum(grade.share_percent for grade in grades_of_stems),
         synthetic=table.synthetic,
         notes=notes,
@@ -142,11 +143,8 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
 
 
 def _columns(table: TextTable, column: str | None, label: str | None) -> tuple[list[int], list[int]]:
-    labels = _label_columns(table) if label is None else []
-    if label is not None and label != _NONE:
-        labels = given_columns(table, label, "labels")
-    columns = given_columns(table, column, "diameters") if column else []
-    columns = columns or [i for i in _reading_columns(table, labels) if i not in labels]
+    labels = _label_columns(table) if label is None else [] if label == _NONE else table.chosen(label, "labels")
+    columns = table.chosen(column, "diameters") if column else _reading_columns(table, labels)
     return [i for i in labels if i not in columns], columns
 
 
@@ -158,7 +156,7 @@ def _stems_of(
     table: TextTable, labels: Sequence[int], columns: Sequence[int], least: float = 0.0
 ) -> dict[str, list[float]]:
     """Return all readings (mm, above `least`) of every stem; rows with the same label are of the same stem."""
-    scales = {column: scale_of(table, column, MILLIMETRES, "mm") for column in columns}
+    scales = {column: table.scale_of(column, MILLIMETRES, "mm") for column in columns}
     values = {column: table.values(column) for column in columns}
     stems: dict[str, list[float]] = {}
     for row, cells in enumerate(table.rows):
@@ -168,12 +166,12 @@ def _stems_of(
             if (value := values[column][row]) is not None:
                 stems.setdefault(name, []).append(checked_diameter(value * scales[column], place, least))
             elif not is_missing(cells[column]):
-                raise UsageError(f"{place}: {quoted(cells[column])} is not a number")
+                raise UsageError(f"{place}: {not_a_number(cells[column])}")
     return stems
 
 
 def _repeated(table: TextTable, labels: Sequence[int], columns: Sequence[int]) -> Iterator[Note]:
-    """Yield a note if rows of a label are not adjacent or differ: plants of two plots may have the same number."""
+    """Yield a note if rows with the same label are not adjacent or differ: plants of two plots may share a number."""
     words = [i for i in range(len(table.columns)) if i not in (*labels, *columns) and _has_no_numbers(table, i)]
     words = [i for i in words if all(cells[i] for cells in table.rows)]  # without remarks
     if not (repeated := _labels_apart(table, labels, words)):
@@ -207,24 +205,23 @@ def checked_diameter(value: float, place: str, least: float = 0.0) -> float:
 
 
 def _label_columns(table: TextTable) -> list[int]:
-    """Return the column that names the stems: by its heading, or the first one if it has words or 1, 2, …"""
-    names = table.columns if table.headed else ()
-    if named := [index for index, name in enumerate(names) if is_called(name, LABEL)]:
+    """Return the column that names the stems: the one with such a heading, or the first if it has words or 1, 2, …"""
+    if named := table.matching(LABEL):
         return named[:1]
     counts = table.values(0) == [row + 1.0 for row in range(len(table.rows))]
     return [0] if len(table.columns) > 1 and (counts or _has_no_numbers(table, 0)) else []
 
 
 def _reading_columns(table: TextTable, labels: Sequence[int]) -> list[int]:
-    """Return the columns whose headings name a diameter; without headings, the only column of numbers but labels."""
-    inside = {*matching(table, BORE), *matching(table, SKIN)}
+    """Return the columns whose headings name a diameter; without headings, the only numbers besides labels."""
+    inside = (*table.matching(BORE), *table.matching(SKIN))
     for words in (DIAMETER, READING):
-        if named := [i for i in matching(table, words, MILLIMETRES) if i not in inside]:
+        if named := [i for i in table.matching(words, MILLIMETRES) if i not in (*inside, *labels)]:
             return named
     numeric = [i for i in range(len(table.columns)) if i not in labels and not _has_no_numbers(table, i)]
     if len(numeric) == 1 and not table.headed:
         return numeric
-    there = f"no diameter column found among {columns_of(table)}"
+    there = f"no diameter column found among {table.listed_columns()}"
     raise UsageError(f"{table.source}: {there}; specify the column with `--diameter-column`")
 
 

@@ -5,56 +5,10 @@ several words, may be anywhere in it. The file `words.csv` has the words, `units
 """
 
 import csv
-import math
 import re
 import unicodedata
 from collections.abc import Sequence
 from importlib.resources import files
-
-# no alternative begins with a character with which the preceding one may end, so matching takes linear time
-_NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
-# 1,234.5: groups of three digits, the first without a leading zero, so that 0.250 is not read as 250
-_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(?:([,'’\u00a0\u202f])\d{3})(?:\1\d{3})*(?:\.\d*)?")
-MISSING = frozenset(
-    {"", "nan", "na", "n/a", "#n/a", "#div/0!", "#value!", "-", "--", "---", "null", "none", "inf", "-inf"}
-)
-
-
-def as_number(cell: str, decimal: str = ".") -> float | None:
-    """Return the content of a cell as a number; None if it is not a finite number.
-
-    >>> as_number("3,5", ","), as_number("3,5"), as_number("−1.2e3"), as_number("7 mm"), as_number("1e400")
-    (3.5, None, -1200.0, None, None)
-    >>> as_number("1,234.5"), as_number("1.234,5", ","), as_number("1'234.5"), as_number("0,250")
-    (1234.5, 1234.5, 1234.5, None)
-    """
-    text = _bare(cell).replace("−", "-")
-    if decimal != ".":
-        text = text.translate(_SWAPPED)
-    if not _NUMBER.fullmatch(text):
-        grouped = _GROUPED.fullmatch(text)
-        if grouped is None:
-            return None
-        text = text.replace(grouped[1], "")
-    value = float(text)
-    return value if math.isfinite(value) else None
-
-
-_SWAPPED = str.maketrans({".": ",", ",": "."})
-
-
-def _bare(cell: str) -> str:
-    return cell.strip().strip('"').strip()
-
-
-def is_missing(cell: str) -> bool:
-    """Check for a cell that marks a missing value, such as ``NaN`` or ``---``."""
-    return _bare(cell).lower() in MISSING
-
-
-def quoted(cell: str, most: int = 40) -> str:
-    """Return the content of a cell for a message: in quotes, on one line, and at most `most` characters of it."""
-    return repr(cell if len(cell) <= most else f"{cell[:most]}…")
 
 
 def _rows(file: str) -> list[dict[str, str]]:
@@ -64,14 +18,14 @@ def _rows(file: str) -> list[dict[str, str]]:
 _WORDS = {row["kind"]: tuple(row["words"].split("; ")) for row in _rows("words.csv")}
 FORCE, TRAVEL, DIAMETER, BORE, SKIN = (_WORDS[kind] for kind in ("force", "travel", "diameter", "bore", "skin"))
 LABEL, FILE, GRADE = (_WORDS[kind] for kind in ("label", "file", "grade"))
-READING = _WORDS["reading"]  # diameters, if no column has a name of a diameter
-NOT_MEANT = _WORDS["not meant"]  # quantities whose names may contain a word above: stress, strain and rates
-_ALONE = ("last",)  # German for load if it is the only word; otherwise English
+READING = _WORDS["reading"]  # name a diameter only if no heading contains a word of `DIAMETER`
+NOT_MEANT = _WORDS["not meant"]  # stress, strain and rates: their names may contain a word for force or travel
+_ALONE = ("last",)  # German for load if it is the only word of a heading; otherwise an English adjective
 _GERMAN = ("kraft", "weg", "zeit")  # also recognised at the end of a word: Standardkraft, Traversenweg
 
 
 def folded(text: str) -> str:
-    """Normalise a text for comparison: lower case, narrow letters, and i without the Turkish variants."""
+    """Normalise a text for comparison: lower case, full-width letters as ASCII, and the Turkish İ and ı as i."""
     return unicodedata.normalize("NFKC", text).replace("İ", "i").replace("ı", "i").casefold()
 
 
@@ -99,7 +53,7 @@ def is_called(name: str, words: Sequence[str]) -> bool:
 
 
 def words_known(text: str) -> int:
-    """Count the known words of a text that contain letters beyond ASCII.
+    """Count the known words with letters beyond ASCII in a text; in a wrong encoding these words are garbled.
 
     >>> words_known("Posuv [mm];Zatížení [N]"), words_known("Posuv [mm];Zatí¾ení [N]"), words_known("Kraft [N]")
     (1, 0, 0)
@@ -113,11 +67,12 @@ NEWTONS, MILLIMETRES = (
     {row["unit"]: float(row["factor"]) for row in _UNITS if row["quantity"] == quantity}
     for quantity in ("force", "length")
 )
-_KNOWN = frozenset(row["unit"] for row in _UNITS)  # also units of other columns, which a line of units may contain
+_KNOWN = frozenset(row["unit"] for row in _UNITS)  # with units of time and others, which a line of units may contain
 _IN_ANY_CASE = frozenset(unit.casefold() for unit in _KNOWN)
+_LONG_UNITS = frozenset(unit.casefold() for unit in (*NEWTONS, *MILLIMETRES) if len(unit) > 1)
 _LONGEST_UNIT = 3  # letters of an unknown word that may still be a unit
 _PLURAL = re.compile(r"(newton|pound|gram|second|millimet(?:er|re))\(s\)", re.IGNORECASE)
-_NUMBERS = ("1", "-")  # units of a dimensionless column; at the end of a name, as in `Kraft 1`, a number
+_NUMBERS = ("1", "-")  # units of a dimensionless column, but no units at the end of a name such as `Kraft 1`
 
 _LETTER = r"A-Za-zµμ%°А-Яа-я牛顿千毫厘微米秒分公斤力克초분뉴턴"
 _UNIT = rf"[{_LETTER}][{_LETTER}0-9/²]{{0,7}}"
@@ -146,22 +101,24 @@ def _unit_in(name: str) -> str:
     ['kN', 'mm', 'N', 'N', '', 'mm', '牛']
     >>> [_unit_in(name) for name in ("Сила, кН", "位移mm", "力（ｋＮ）", "시간(초)", "Load Newton(s)", "kN")]
     ['кН', 'mm', 'kN', '초', 'Newton', 'kN']
-    >>> [_unit_in(name) for name in ("load_cell", "Force/Fz", "Force_raw", "Force/dyn", "Time(s)")]
-    ['', '', '', 'dyn', 's']
+    >>> [_unit_in(name) for name in ("load_cell", "Force/Fz", "Force_raw", "Force/dyn", "Time(s)", "Force Min")]
+    ['', '', '', 'dyn', 's', '']
+    >>> [_unit_in(name) for name in ("Force kips", "LOAD KN", "Force: lbf", "Force:kN", "Cell 1", "Weg MM")]
+    ['kips', 'KN', 'lbf', 'kN', '', 'MM']
     """
     name = _narrow(name)
     if unit := _bare_unit(name):
         return unit
     if match := re.search(rf"[\[(<]\s*({_UNIT})\s*[\])>]\s*$", name):
         return match[1]
-    if match := re.search(rf"([/,_])\s*({_UNIT})\s*$", name):
+    if match := re.search(rf"([/,_:])\s*({_UNIT})\s*$", name):
         known = match[2].casefold() in _IN_ANY_CASE
         # an unknown short word after a slash may be a unit, but not a symbol of the force such as Fz
         may_be_unit = match[1] == "/" and len(match[2]) <= _LONGEST_UNIT and match[2][0] not in "Ff"
         return match[2] if known or may_be_unit else ""
-    words = name.split()
-    if len(words) > 1 and words[-1] in _KNOWN and words[-1] not in _NUMBERS:
-        return words[-1]
+    *words, last = name.split() or [""]
+    if words and last not in _NUMBERS and (last in _KNOWN or last.casefold() in _LONG_UNITS):
+        return last
     joined = re.search(rf"[{_EASTERN}]([A-Za-z%]{{1,3}})$", name)
     return joined[1] if joined and joined[1] in _KNOWN else ""
 
@@ -177,7 +134,7 @@ def _columns_named(cells: Sequence[str]) -> int:
 
 
 def _is_unit_row(cells: Sequence[str], every: bool = False) -> bool:
-    """Check that at least half of the filled cells (all with `every`) are units, and that none names a quantity."""
+    """Check that at least half of the filled cells (or `every` one) are units, and that none names a quantity."""
     filled = [cell for cell in cells if cell not in _NUMBERS and _bare_unit(cell) != ""]
     units = sum(bool(_bare_unit(cell)) for cell in filled)
     return 0 < len(filled) <= (1 if every else 2) * units and not _columns_named(filled)
@@ -197,9 +154,9 @@ def units_in(cells: Sequence[str]) -> list[str]:
 def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], tuple[str, ...], int]:
     """Return the names and units of `width` columns, and the number of lines `above` that are headings or units.
 
-    The lines begin with the nearest to the data. One of them may contain the units. Of the others, the line that names
-    the most quantities is the heading (the nearest, if several do). If the heading and the line of units disagree,
-    both units are returned in one text, which is not a known unit.
+    The first of the lines is the nearest to the data. One line may contain the units. Of the others, the line that
+    names the most quantities is the heading (the nearest, if several do). If the heading and the line of units
+    disagree, both units are returned in one text, which is not a known unit.
     """
     rows = [(*cells, *[""] * (width - len(cells))) for cells in above]
     units = next((i for i, cells in enumerate(rows) if _is_unit_row(cells, every=i > 0)), None)  # line of units

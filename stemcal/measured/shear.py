@@ -8,11 +8,12 @@ from pathlib import Path
 
 from stemcal.errors import UsageError
 from stemcal.formats import did_you_mean, listed
+from stemcal.measured.cells import quoted
 from stemcal.measured.diameters import checked_diameter
-from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, quoted
+from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in
 from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
 from stemcal.measured.statistics import Summary, outlier_of, summarise
-from stemcal.measured.tables import columns_of, matching, read_table, scale_of
+from stemcal.measured.tables import read_table
 from stemcal.notes import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.responses import CUT, WHOLE_CUT, ForceTravel, known_response
@@ -160,13 +161,12 @@ def find_files(folder: Path) -> list[Path]:
 def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
     """Return the diameter and grade (mm) of each file from a table with the columns file, diameter, grade (if any)."""
     table = read_table(path)
-    names, diameters, grade = matching(table, FILE), matching(table, DIAMETER, MILLIMETRES), matching(table, GRADE)
+    names, diameters, grade = table.matching(FILE), table.matching(DIAMETER, MILLIMETRES), table.matching(GRADE)
     if not names or not diameters:
-        raise UsageError(
-            f"{path}: the index must have columns `file` and `diameter` (found {columns_of(table)}); rename the columns"
-        )
+        there = f"the index must have columns `file` and `diameter` (found {table.listed_columns()})"
+        raise UsageError(f"{path}: {there}; rename the columns")
     name, diameter = names[0], diameters[0]
-    scale, index = scale_of(table, diameter, MILLIMETRES, "mm"), {}
+    scale, index = table.scale_of(diameter, MILLIMETRES, "mm"), {}
     grades = table.values(grade[0]) if grade else [None] * len(table.rows)
     for cells, value, nominal in zip(table.rows, table.values(diameter), grades, strict=True):
         place = f"{path}: {quoted(cells[name])}"
@@ -226,7 +226,7 @@ def section_of(rows: Sequence[str]) -> str:
 def row_of(
     diameter: float, means: Mapping[str, tuple[Summary, str]], n: int, shown: Callable[[float], str], test: str = ""
 ) -> str:
-    """Return the target at a diameter (mm) as a row of YAML, from the statistics and unit of each response."""
+    """Return a target as a row of YAML from statistics and unit of each response; `shown` formats their numbers."""
     values = ", ".join(f"{name}: {shown(mean.mean)} {unit}" for name, (mean, unit) in means.items())
     sds = {name: f"{shown(mean.sd)} {unit}" for name, (mean, unit) in means.items() if mean.sd is not None}
     sd = next(iter(sds.values()), "")

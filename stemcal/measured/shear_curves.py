@@ -16,22 +16,14 @@ import numpy as np
 from stemcal.arrays import Array
 from stemcal.errors import UsageError
 from stemcal.formats import counted
-from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, TRAVEL, folded, millimetres_in, quoted
-from stemcal.measured.tables import (
-    Form,
-    TextTable,
-    columns_of,
-    given_columns,
-    matching,
-    read_tables,
-    rows_with_numbers,
-    scale_of,
-)
+from stemcal.measured.cells import quoted
+from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, TRAVEL, folded, millimetres_in
+from stemcal.measured.tables import Form, TextTable, read_tables
 from stemcal.notes import Note, Remedy
 
 PRELOAD = 5.0  # usual preload, N
 _FEWEST = 5  # least number of points of a curve
-_OFFSET = 0.1  # share of the maximum force at the first point from which an offset is suspected
+_OFFSET = 0.1  # a first force above this share of the maximum may be an offset of the load cell
 RISE = 0.2  # share of the maximum force; while the blade settles on the stem, the force remains below it
 _NAME_THEM = "specify both columns by name or number with `--force-column` and `--displacement-column`"
 
@@ -118,7 +110,7 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCur
 def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], list[Note]]:
     """Return displacement and force columns of all specimens, and notes; `UsageError` if headings do not show them."""
     if not table.headed and (how.force_column is None or how.displacement_column is None):
-        raise UsageError(f"{table.source}: the columns have no headings ({columns_of(table)}); {_NAME_THEM}")
+        raise UsageError(f"{table.source}: the columns have no headings ({table.listed_columns()}); {_NAME_THEM}")
     notes: list[Note] = []
     forces = _columns(table, "force", how.force_column, FORCE, NEWTONS)
     travels = _columns(table, "displacement", how.displacement_column, TRAVEL, MILLIMETRES)
@@ -138,7 +130,7 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
     if len(travels) != len(forces) or (len(forces) > 1 and any(differ)):
         counts = f"{counted(len(forces), 'force column')} and {counted(len(travels), 'displacement column')} found"
         equal = "specify an equal number of each, as in `--force-column 2,4 --displacement-column 1,3`"
-        raise UsageError(f"{table.source}: {counts} among {columns_of(table)}; {equal}")
+        raise UsageError(f"{table.source}: {counts} among {table.listed_columns()}; {equal}")
     pairs = list(zip(travels, forces, strict=True))
     if any(travel == force for travel, force in pairs):
         raise UsageError(f"{table.source}: the same column was given for force and displacement; {_NAME_THEM}")
@@ -148,10 +140,10 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
 def _columns(
     table: TextTable, what: str, option: str | None, words: Sequence[str], units: dict[str, float]
 ) -> list[int]:
-    columns = given_columns(table, option, what) if option is not None else matching(table, words, units)
+    columns = table.chosen(option, what) if option is not None else table.matching(words, units)
     if not columns:
         raise UsageError(
-            f"{table.source}: no {what} column found among {columns_of(table)}; specify the column with "
+            f"{table.source}: no {what} column found among {table.listed_columns()}; specify the column with "
             f"`--{what}-column`, or the encoding of the file with `--encoding`"
         )
     return columns
@@ -198,7 +190,7 @@ def _curves_of(
 
 
 def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: list[Note]) -> ShearCurve:
-    rows, omitted = rows_with_numbers(table, across, up)
+    rows, omitted = table.with_numbers(across, up)
     if len(rows.rows) < _FEWEST:
         few = f"the curve has only {counted(len(rows.rows), 'point')}"
         raise UsageError(f"{table.source}: {few}; use a file with at least {_FEWEST} points")
@@ -208,7 +200,7 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
     }
     scaled = []
     for what, (column, known, unit, option) in quantities.items():
-        scaled.append(np.array(rows.numbers(column)) * scale_of(table, column, known, unit, option, f"--{what}-unit"))
+        scaled.append(np.array(rows.numbers(column)) * table.scale_of(column, known, unit, option, f"--{what}-unit"))
         if not (option or table.units[column]):
             text = f"The file states no unit for the {what}; {unit} is assumed."
             notes.append(Note("unit_assumed", "caution", text, Remedy(f"If the unit differs, use `--{what}-unit`.")))
@@ -231,7 +223,7 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
 
 
 def _require_one_curve(table: TextTable, travel: Array, force: Array) -> None:
-    """Raise `UsageError` if the displacement jumps back and the force rises again, unlike in a return stroke."""
+    """Raise `UsageError` if the displacement jumps back and the force rises again, as between two curves in a file."""
     steps = np.diff(travel) * np.sign(travel[np.argmax(np.abs(travel - travel[0]))] - travel[0])
     back = int(np.argmin(steps)) + 1  # first point after the largest step backwards
     stroke = np.ptp(travel)

@@ -12,8 +12,8 @@ from stemcal.drawing.columns import to_decimals
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
 from stemcal.formats import fixed, interval, short, signed_probability, significant
+from stemcal.measured.cells import quoted
 from stemcal.measured.diameters import Diameters
-from stemcal.measured.headings import quoted
 from stemcal.measured.shear import ShearTests, find_files, measure_shear, note_on, row_of
 from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.statistics import Summary, summarise

@@ -15,11 +15,11 @@ from stemcal.responses import work_until
 from stemcal.solvers.film import Frame
 from stemcal.storage.atomic import refuse_link
 
-# The corners of each face of a hexahedron, counter-clockwise as seen from outside.
+# corners of each face of a hexahedron, counter-clockwise as seen from outside
 FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
 
 
-# Colour map: light at zero strain, so that the mesh is visible; of steadily falling lightness, for prints in grey.
+# colours from light at zero strain, so that the mesh is visible, to dark, so that prints in grey are readable
 _PLASTIC = "YlOrBr"
 EDGE = "#6d6a66"
 _TOOL = "#b4bac3"
@@ -83,6 +83,7 @@ def _section_faces(shape: Shape) -> tuple[Array, Array]:
     corners, owner = _faces(shape.hexes, shape.reference[shape.hexes].mean(axis=1)[:, 1] > 0.0)
     before = shape.reference[corners]
     edges = np.linalg.norm(before - np.roll(before, 1, axis=1), axis=2)
+    # faces near y = 0 that point to −y, compared with the usual length of an edge and the area of the face
     close = np.abs(before[:, :, 1].mean(axis=1)) < 0.35 * (float(np.median(edges)) if len(before) else 0.0)
     normals = _normals(before)
     on_plane = close & (normals[:, 1] < -0.7 * np.linalg.norm(normals, axis=1)) & shape.standing[owner]
@@ -90,7 +91,7 @@ def _section_faces(shape: Shape) -> tuple[Array, Array]:
 
 
 def _faces(hexes: Ints, chosen: Mask) -> tuple[Ints, NDArray[np.intp]]:
-    """Return the outer faces (F, 4) of the chosen elements, which no two of them share, and their elements (F,)."""
+    """Return the faces that only one of the chosen elements has, as corners (F, 4), and these elements (F,)."""
     owner = np.repeat(np.flatnonzero(chosen), 6)
     corners = hexes[chosen][:, FACES].reshape(-1, 4)
     _, first, count = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_counts=True)

@@ -31,7 +31,7 @@ def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None, holds
 
 
 def shortened(stage: StageResult, table: Table) -> Table:
-    """Return a table of a stage with at most `MOST_ROWS` rows; its foot names the CSV file with all rows."""
+    """Return a table of a stage cut to `MOST_ROWS` rows; if rows are cut, its foot names the CSV file with all."""
     if len(table.rows) <= MOST_ROWS:
         return table
     # the file that has the most columns in common with the table

@@ -23,7 +23,7 @@ Numbers = tuple[float, ...]
 
 @dataclass(frozen=True)
 class RunCurve:
-    """Force (N) over travel of the blade (mm), and the travel at which the stem broke."""
+    """Force (N) over travel of the blade (mm), and the travel at the first fracture, mm."""
 
     travel: Numbers
     force: Numbers
@@ -32,7 +32,7 @@ class RunCurve:
 
 @dataclass(frozen=True)
 class Details:
-    """Everything that a solver reported in addition to the response; `shape` and `film` are packed as text."""
+    """Results of a run besides the responses; end state (`shape`) and frames (`film`) are arrays packed as text."""
 
     curve: RunCurve | None = None
     energies: dict[str, Numbers] | None = None
@@ -49,7 +49,7 @@ class _RunRecord:
     key: str
     details: Details
     provenance: Mapping[str, Any] = field(default_factory=dict)  # machine, program versions and times
-    at_solution: bool = False  # whether a stem was cut with the calibrated parameters: the page shows such runs
+    at_solution: bool = False  # whether the run has the calibrated parameters; its pictures are on the page
 
 
 Records = Mapping[str, _RunRecord]  # run records by the label of the run
@@ -80,7 +80,7 @@ def _distinct_of(records: Records) -> dict[str, tuple[str, _RunRecord]]:
 
 
 def run_warnings(records: Records, verdict: Verdict | None = None) -> list[Note]:
-    """Return a note for each kind of warning (number of runs, first text) that the `verdict` does not report yet."""
+    """Return a note for each kind of warning that the `verdict` does not report: number of runs, first warning."""
     reported = WARNED if verdict is not None and verdict.has("physics") else ()
     kinds: dict[str, dict[str, Note]] = {}
     distinct = _distinct_of(records)

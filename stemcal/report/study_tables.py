@@ -59,7 +59,7 @@ def runs_table(rows: Iterable[LedgerRow], names: Wording, title: str) -> Table:
 
 
 def setting_tables(study: Study, levels: Mapping[str, float] | None = None) -> list[Table]:
-    """Return the tables of the factors, of the measured values and, at calibrated `levels`, of growing parameters."""
+    """Return the tables of factors and of measured values, and at calibrated `levels` also `grown_table`."""
     measured = [_measured(study)] if study.goal is None else []
     grown = [grown_table(study, levels)] if levels is not None and study.material.growing() else []
     return [factors_table(study), *measured, *grown]

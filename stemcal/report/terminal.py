@@ -19,7 +19,6 @@ from stemcal.report.outcome import KNOWN, shortened, showing_of, tables_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.study.model.laboratory_kind import LaboratorySection, words_of
-from stemcal.study.model.measured_targets import Mean
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import capital
 
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from stemcal.cutting.result import CuttingResult
 
 WIDTH = 80
-_CROWDED = 8  # from this number of columns on the gaps between them are narrower, so that names are not broken
+_CROWDED = 8  # a table with at least this number of columns has narrower gaps, so that names are not broken
 
 
 def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
@@ -109,20 +108,6 @@ def simulation_table(
     return table
 
 
-def _response_text(value: float | None, unit: str, measured: Mean | None, at_least: bool = False) -> str:
-    """Format a simulated response or its lower bound (`at_least`), and the measured mean.
-
-    >>> _response_text(41.234, "N/mm", Mean(value=42.1, sd=2.5, n=10))
-    '41.23 N/mm, measured 42.1 ± 2.5 N/mm'
-    """
-    bound = "at least " if at_least else ""
-    shown = "not on this curve" if value is None else f"{bound}{significant(value)} {unit}"
-    if measured is None:
-        return shown
-    sd = "" if measured.sd is None else f" ± {measured.sd:g}"
-    return f"{shown}, measured {measured.value:g}{sd} {unit}"
-
-
 def _responses(result: CuttingResult, section: LaboratorySection, diameter: float) -> list[tuple[str, str]]:
     from stemcal.laboratory.perform import LaboratoryResult
 
@@ -131,8 +116,11 @@ def _responses(result: CuttingResult, section: LaboratorySection, diameter: floa
     for response in section.responses:
         name = response.name
         if name in simulated or name in measured:
-            bound = not response.before_maximum and not result.stroke_was_enough
-            text = _response_text(simulated.get(name), response.unit, measured.get(name), at_least=bound)
+            bound = "" if response.before_maximum or result.stroke_was_enough else "at least "
+            value, mean = simulated.get(name), measured.get(name)
+            text = "not on this curve" if value is None else f"{bound}{significant(value)} {response.unit}"
+            if mean is not None:
+                text += f", measured {mean.value:g}{'' if mean.sd is None else f' ± {mean.sd:g}'} {response.unit}"
             rows.append((capital(words_of(response)), text))
     return rows
 

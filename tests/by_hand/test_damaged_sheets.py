@@ -278,7 +278,7 @@ REFUSED: dict[str, tuple[Callable[[Cells], str | bytes], dict[str, int]]] = {
     "failed, nobody says why": (failed(REMARK, "failed"), {"no_reason": 1}),
     "failed with a result": (failed(REMARK, "failed: too wet", empty=False), {"failed_with_value": 1}),
     "merged cells": (workbook(merged), {"incomplete": 1}),
-    "a formula that was not calculated": (cell("=A1*2"), {"incomplete": 1}),
+    "a formula that was not calculated": (cell("=A1*2"), {"unreadable": 1}),
     "a date that Excel made": (cell(datetime(2026, 2, 28)), {"unreadable": 1}),
     "a tick": (cell(True), {"unreadable": 1}),
     "a decimal point forgotten": (put(ANGLE, "295"), {"far_from_others": 1}),

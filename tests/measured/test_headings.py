@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.measured.cells import decoded_table
-from stemcal.measured.headings import _is_unit_row, folded, is_missing, millimetres_in, quoted, units_in
+from stemcal.measured.cells import decoded_table, is_missing, quoted
+from stemcal.measured.headings import _is_unit_row, folded, millimetres_in, units_in
 from stemcal.measured.shear import measure_shear
 
 

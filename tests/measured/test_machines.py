@@ -7,7 +7,7 @@ import pytest
 from stemcal.errors import UsageError
 from stemcal.measured.headings import FORCE, NEWTONS
 from stemcal.measured.shear_curves import CurveOptions, read_curves
-from stemcal.measured.tables import matching, read_table
+from stemcal.measured.tables import read_table
 
 CURVE = [(0.0, 0.0), (0.1, 1.2), (0.2, 4.8), (0.3, 12.5), (0.4, 60.0), (0.5, 1234.5), (0.6, 900.0), (0.7, 300.25)]
 MICROMETRES = "\u00b5m"
@@ -89,8 +89,8 @@ def test_a_unit_that_is_known_goes_before(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("应力(MPa),位移(mm),力(kN),力(%)\n1,2,3,4\n4,5,6,7\n", encoding="utf-8")
     table = read_table(path)
-    assert matching(table, FORCE) == [2, 3]  # 应力 is stress, though it holds the word for force
-    assert matching(table, FORCE, NEWTONS) == [2]
+    assert table.matching(FORCE) == [2, 3]  # 应力 is stress, though it holds the word for force
+    assert table.matching(FORCE, NEWTONS) == [2]
 
 
 def test_two_lines_of_words_are_no_line_of_units(tmp_path: Path) -> None:

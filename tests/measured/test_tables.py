@@ -7,6 +7,8 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.measured import cells
+from stemcal.measured.diameters import measure_diameters
+from stemcal.measured.shear_curves import read_curves
 from stemcal.measured.tables import Form, read_table
 
 ROWS = [(0.0, 0.25), (0.5, 12.5), (1.0, -3.75), (1.5, 1200.0)]
@@ -139,3 +141,57 @@ def test_a_workbook_is_read_up_to_its_limits(
     monkeypatch.setattr(cells, "MOST_CELLS", 20_000)
     with pytest.raises(UsageError, match=words):
         read_table(workbook(tmp_path / "a.xlsx", rows))
+
+
+# ---- formulas without stored values, as a program writes them that does not compute
+
+
+def with_formulas(path: Path, time: str = "=ROW()", force: str = "=A{i}*9.81", travel: str = "=A{i}/2") -> Path:
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.active.append(["Time (s)", "Force (N)", "Travel (mm)"])
+    for i in range(2, 12):
+        texts = [cell.format(i=i) for cell in (time, force, travel)]
+        book.active.append([text if text.startswith("=") else float(text) for text in texts])
+    book.save(path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("cells_of", "formula"),
+    [
+        ({}, r"=ROW\(\)"),
+        ({"time": "{i}"}, "=A2/2"),
+        ({"time": "{i}", "travel": "{i}"}, r"=A2\*9.81"),
+        ({"time": "{i}", "force": "1{i}"}, "=A2/2"),
+    ],
+    ids=["all", "two", "force", "travel"],
+)
+def test_formulas_without_values_are_named_with_the_remedy(
+    tmp_path: Path, cells_of: dict[str, str], formula: str
+) -> None:
+    path = with_formulas(tmp_path / "7mm.xlsx", **cells_of)
+    with pytest.raises(UsageError, match=f"'{formula}' is a formula without a stored value; open .* and save it"):
+        read_curves(path)
+
+
+def test_a_formula_without_value_among_numbers_is_no_empty_cell(tmp_path: Path) -> None:
+    import openpyxl
+
+    path = with_formulas(tmp_path / "7mm.xlsx", time="{i}", force="1{i}", travel="{i}")
+    assert read_curves(path)[0].max_force == 111.0
+    book = openpyxl.load_workbook(path)
+    book.active["B11"], book.active["C11"] = "=2*B10", "=2*C10"
+    book.save(path)
+    with pytest.raises(UsageError, match=r"column 'Travel \(mm\)': '=2\*C10' is a formula"):
+        read_curves(path)
+    with pytest.raises(UsageError, match=r"stem .*: '=2\*C10' is a formula"):
+        measure_diameters(path, column="Travel (mm)")
+
+
+def test_a_formula_in_an_unused_column_or_with_an_empty_text_as_value_is_no_error(tmp_path: Path) -> None:
+    path = with_formulas(tmp_path / "7mm.xlsx", force="1{i}", travel="{i}")
+    assert read_curves(path)[0].max_force == 111.0
+    rows = "".join(f'<row><c t="n"><v>{i}</v></c><c t="str"><f>""</f><v></v></c></row>' for i in range(5))
+    assert read_table(workbook(tmp_path / "a.xlsx", rows)).numbers(0) == [0.0, 1.0, 2.0, 3.0, 4.0]

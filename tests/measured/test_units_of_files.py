@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import UsageError
+from stemcal.measured.diameters import measure_diameters
 from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
 from stemcal.notes import Note
 
@@ -26,7 +27,7 @@ def read(tmp_path: Path, text: str, how: CurveOptions = BY_NAME, encoding: str =
     return read_curves(path, how)[0]
 
 
-KN, KGF, GRAM, DAN = 1000.0, 9.80665, 0.00980665, 10.0
+KN, KGF, GRAM, DAN, KIP = 1000.0, 9.80665, 0.00980665, 10.0, 4448.2216152605
 LAYOUTS = {
     "a number in the heading, a line of units": ("Zeit\tKraft\tWeg\t1281068\ns\tkN\tmm\tmm", KN),
     "the same without a line of units": ("Zeit\tKraft [kN]\tWeg [mm]\t1281068", KN),
@@ -62,6 +63,14 @@ LAYOUTS = {
     "in before each": ("Zeit\tKraft\tWeg\t17\nin s\tin kN\tin mm\tin mm", KN),
     "angle brackets": ("Zeit\tKraft\tWeg\t17\n<s>\t<kN>\t<mm>\t<->", KN),
     "angle brackets in the names": ("Zeit <s>\tKraft <kN>\tWeg <mm>\t17", KN),
+    "serial numbers below the units": ("Zeit\tKraft\tWeg\tNr\ns\tkN\tmm\tmm\n1281068\t1281069\t1281070\t55120", KN),
+    "serial numbers behind a word": ("Zeit\tKraft\tWeg\tNr\ns\tkN\tmm\tmm\nS/N\t88123\t88124\t88125", KN),
+    "serial numbers of two sensors": ("Zeit\tKraft\tWeg\tNr\ns\tkN\tmm\tmm\n\t5512\t5513\t", KN),
+    "serial numbers above the units": ("Zeit\tKraft\tWeg\tNr\n1281068\t1281069\t1281070\t9999\ns\tkN\tmm\tmm", KN),
+    "two lines of serial numbers": ("Zeit\tKraft [kN]\tWeg [mm]\tNr\n8881\t8882\t8883\t8884\n7771\t7772\t\t7774", KN),
+    "kips after a space": ("Time s\tForce kips\tTravel mm\tx", KIP),
+    "a unit in capitals after a space": ("TIME S\tFORCE KN\tTRAVEL MM\tx", KN),
+    "a unit behind a colon": ("Time:s\tForce:kN\tTravel: mm\tx", KN),
     "Force/Fz": ("t/s\tForce/Fz\tDisp/mm\tx\ns\tkN\tmm\t°", KN),
 }  # fmt: skip
 
@@ -126,3 +135,11 @@ def test_a_first_row_of_words_and_numbers_is_data(tmp_path: Path) -> None:
     """A label in the first column is no heading."""
     curve = read(tmp_path, table("Specimen\tForce (N)\tTravel (mm)\tx", form="A{t}\t{f}\t{d}\t{t}"))
     assert (len(curve.force), curve.trimmed) == (6, 2)
+
+
+def test_a_first_row_of_large_whole_numbers_is_data(tmp_path: Path) -> None:
+    """Ten times as large as the rows below are serial numbers only, not the largest stem of a table."""
+    path = tmp_path / "stems.csv"
+    path.write_text("a (um),b (um)\n9800,9600\n8100,8300\n7000,7100\n1200,1300\n", encoding="utf-8")
+    stems = measure_diameters(path, column="1,2", label="none")
+    assert [stem.diameter for stem in stems.stems] == pytest.approx([9.7, 8.2, 7.05, 1.25])
