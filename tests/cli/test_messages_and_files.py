@@ -22,6 +22,7 @@ from stemcal.cli.console import envelope, say_json
 from stemcal.cli.simulate import summary
 from stemcal.cutting.end_state import Shape
 from stemcal.errors import UsageError
+from stemcal.processes.interrupts import Terminated
 from stemcal.report.records import Details, RunCurve
 from stemcal.stages.element_size import SizedStrain
 
@@ -146,7 +147,13 @@ def ending_with(error: BaseException, command_name: str = "demo") -> Any:
     [
         (UsageError("no sense"), 2, "wrong"),
         (KeyboardInterrupt(), 130, "interrupted"),
+        (typer.Exit(0), 0, "done"),
+        (typer.Exit(1), 1, "fault"),
+        (typer.Exit(2), 2, "wrong"),
         (typer.Exit(3), 3, "runs_failed"),
+        (typer.Exit(4), 4, "unreachable"),
+        (typer.Exit(5), 5, "in_use"),
+        (Terminated(), 143, "terminated"),
         (typer.Exit(6), 6, "waiting"),
         (typer.Exit(77), 77, "fault"),
         (SystemExit(0), 1, "fault"),

@@ -13,6 +13,7 @@ from rich.console import Console
 from stemcal.drawing.table import MOST_ROWS, Column, Table
 from stemcal.notes import Note, Remedy
 from stemcal.report import outcome, progress
+from stemcal.report.export import _markdown, document, export_tables, numbered
 from stemcal.report.outcome import failures_of, read_first, shortened, shown_notes
 from stemcal.report.page import headline
 from stemcal.report.page.headline import Card, first_remedy, made_with, quantity_calibrated, question
@@ -420,14 +421,53 @@ def test_a_bar_has_its_number_of_runs_once_the_solver_is_compiled() -> None:
     assert [task.description for task in bar.bars.tasks] == ["Screening", "drawing the report"]
 
 
+# ---- files for publication
+
+PAPER = Table(
+    (Column("name", "Name"), Column("value", "Simulated maximum force, N", form=str)),
+    (("a_b", 1.5), ("", 2.5)),
+    "A & B",
+    ("One", "two."),
+    ("Claimed",),
+    frozenset({0, 1}),
+)
+
+
+def test_a_table_in_latex_and_markdown_word_for_word() -> None:
+    """Rows in bold, but no empty cell; the long heading in lines of at most 16 characters."""
+    _, paper = numbered([PAPER, PAPER])
+    lines = [line for line in document([paper]).splitlines() if line]
+    assert lines[lines.index(r"\begin{document}") :] == [
+        *(r"\begin{document}", r"\setcounter{table}{1}", r"\begin{table}[htbp]", r"\centering\small"),
+        *(r"\caption{A \& B.}", r"\label{tab:2}", r"\begin{tabular}{lr}", r"\toprule"),
+        r"Name & \shortstack[r]{\strut Simulated\\maximum force, N} \\",
+        r"\midrule",
+        r"\textbf{a\_b} & \textbf{1.5} \\",
+        r" & \textbf{2.5} \\",
+        *(r"\bottomrule", r"\end{tabular}"),
+        r"\par\smallskip\parbox{\linewidth}{\footnotesize One. two. Claimed.}",
+        *(r"\end{table}", r"\end{document}"),
+    ]
+    assert _markdown(paper) == (
+        "**Table 2.** A & B.\n\n| Name | Simulated maximum force, N |\n|---|--:|\n"
+        "| **a\\_b** | **1.5** |\n|  | **2.5** |\n\nNote: One. two. Claimed.\n"
+    )
+
+
+def test_names_of_csv_files_have_at_most_sixty_letters(tmp_path: Path) -> None:
+    tables = [replace(PAPER, title=title) for title in ("A & B", "x" * 80, "Ünder: 100 %")]
+    names = [path.name for path in export_tables(tables, "csv", tmp_path)]
+    assert names == ["table01-a-b.csv", f"table02-{'x' * 60}.csv", "table03-ünder-100.csv"]
+    content = (tmp_path / names[0]).read_bytes()
+    assert content.startswith(b"\xef\xbb\xbfName,") and content.decode("utf-8-sig").splitlines()[1] == "a_b,1.5"
+
+
 # ---- the Word file
 
 
 def test_the_page_of_the_word_file_and_its_text(tmp_path: Path) -> None:
     import docx
     from docx.enum.text import WD_ALIGN_PARAGRAPH
-
-    from stemcal.report.export import export_tables
 
     columns = (Column("name", "Name"), Column("value", "Value, N", form=str))
     table = Table(columns, (("a", 1.5), ("b", 2.5)), "A title", ("One", "two."), strong=frozenset({1}))
@@ -453,6 +493,7 @@ def test_the_page_of_the_word_file_and_its_text(tmp_path: Path) -> None:
     ]
     bold = [[cell.paragraphs[0].runs[0].bold for cell in row.cells] for row in grid.rows]
     assert bold == [[None, None], [None, None], [True, True]]
+    assert [column.width.cm for column in grid.columns] == pytest.approx([1.4, 2.3], abs=0.01)  # 0.5 and 0.225 a letter
     left, right = (cell.paragraphs[0] for cell in grid.rows[1].cells)
     assert (left.alignment, right.alignment) == (WD_ALIGN_PARAGRAPH.LEFT, WD_ALIGN_PARAGRAPH.RIGHT)
     assert (left.paragraph_format.space_before.pt, left.paragraph_format.space_after.pt) == (1.5, 1.5)

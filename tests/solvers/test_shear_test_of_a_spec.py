@@ -139,6 +139,9 @@ def test_settings_on_which_calibrated_values_depend(tmp_path: Path) -> None:
     assert "xylem_thickness" not in layered
     varied = load_study(CONFIGS / "smoke.yaml")
     assert "failure_strain" not in Embedded(varied).settings_that_matter(8.0)
+    own = varied.material.model_copy(update={"failure_strain": None})  # as of layers with strains of their own
+    layers = varied.model_copy(update={"material": own, "factors": varied.factors[:2]})
+    assert "failure_strain" not in Embedded(layers).settings_that_matter(8.0)
 
 
 def test_a_thickness_that_is_a_factor_is_no_setting(tmp_path: Path) -> None:
