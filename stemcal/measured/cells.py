@@ -25,7 +25,7 @@ _MODERN = b"PK\x03\x04"  # xlsx, and ods
 _OTHERS = (b"\xd0\xcf\x11\xe0", b"<html", b"<!doctype", b"<?xml", b"<table")  # xls, and other files named .xls
 
 _OLD = ("gb18030", "cp1252", "cp1250", "cp1251", "shift_jis", "big5", "euc_kr")  # encodings before Unicode
-_HEAD = 4000  # characters that are searched for known words
+_HEAD = 4000  # characters at the beginning of a file in which known words are counted
 # XML of a cell with a formula and no value; t="str" marks a formula whose value is an empty text
 _NO_VALUE = re.compile(rb'<c (?![^>]*t="str")[^>]*><f(?: [^>]*)?(?:/>|>[^<]*</f>)(?:<v ?/>|<v></v>)?</c>')
 
@@ -181,11 +181,11 @@ def not_a_number(cell: str) -> str:
 
 _MOST_ABOVE = 4  # lines of headings, symbols and units above the data
 _SAMPLE = 20  # rows of data from which the columns of numbers are detected
-_SETTLED = 3  # lines of full width after which shorter lines are part of the run
+_SETTLED = 3  # after this number of lines with all cells, shorter lines are also data
 
 
 class Run(NamedTuple):
-    """The data among the lines: index of the first line, index after the last, and number of cells in a full line."""
+    """Position of the data: index of their first line, index after their last line, and number of cells in a line."""
 
     begin: int
     end: int
@@ -193,7 +193,7 @@ class Run(NamedTuple):
 
 
 def score(lines: Sequence[Line], decimal: str, ragged: bool) -> tuple[int, bool, int, int]:
-    """Rate a way to split lines into cells: by rows of data, then a heading as wide as the data, then numbers."""
+    """Rate a way to split lines into cells: number of rows of data, heading as wide as the data, numbers, width."""
     run = _data_run(lines, decimal, ragged)
     as_wide = 0 < run.begin < run.end and len(lines[run.begin - 1].cells) == run.width
     cells = (cell for line in lines[run.begin : run.end] for cell in line.cells)
@@ -201,7 +201,7 @@ def score(lines: Sequence[Line], decimal: str, ragged: bool) -> tuple[int, bool,
 
 
 def _data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> Run:
-    """Return the longest run of data; with `ragged`, shorter lines do not end a run."""
+    """Return the position of the longest run of lines with numbers; if `ragged`, shorter lines do not end a run."""
     best, most, begin, width, filled = Run(0, 0, 0), 0, 0, 0, 0
     for index, line in enumerate(lines):
         absent = len(line.cells) == width and any(line.cells) and all(map(is_missing, line.cells))
@@ -264,7 +264,7 @@ def find_data(lines: Sequence[Line], decimal: str, ragged: bool, source: str) ->
 
 
 def _refuse_broken(lines: Sequence[Line], run: Run, decimal: str, source: str) -> None:
-    """Raise `UsageError` for a faulty line within the data, because only the longer part of them would be read.
+    """Raise `UsageError` for a faulty line within the data: only the longer of their two parts would be read.
 
     Such a line differs in its number of cells from the data on both sides; a line of words alone is no error.
     """
@@ -274,7 +274,7 @@ def _refuse_broken(lines: Sequence[Line], run: Run, decimal: str, source: str) -
             continue
         odd, beyond = (lines[place] for place in places)
         count, has_numbers = len(odd.cells), any(as_number(cell, decimal) is not None for cell in odd.cells)
-        # a line with numbers and as many cells as the data contains serial numbers
+        # a line of numbers as wide as the data is outside them only if it has serial numbers, which is no fault
         broken = (has_numbers and count != run.width) or odd.text.count('"') % 2 == 1 or count > run.width
         if broken and not odd.remark and len(beyond.cells) == run.width and _is_data(beyond, decimal):
             differ = f"the adjacent lines differ in the number of cells ({count} and {run.width})"
@@ -284,8 +284,8 @@ def _refuse_broken(lines: Sequence[Line], run: Run, decimal: str, source: str) -
 def _above_data(lines: Sequence[Line], run: Run, decimal: str) -> list[int]:
     """Return the indices of the lines above the data that may be headings or units, the nearest first.
 
-    Such a line has a cell without a number for every column, or names a quantity or units. Ruled lines and lines of
-    serial numbers are skipped.
+    Such a line has a word in every column, or names a quantity or units. Ruled lines and lines of serial numbers are
+    skipped.
     """
     above: list[int] = []
     sample = [line.cells for line in lines[run.begin : run.end] if line.cells][:_SAMPLE]

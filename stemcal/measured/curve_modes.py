@@ -2,8 +2,8 @@
 
 A curve of five hundred points is one measurement, not five hundred, because the errors of its points are correlated.
 Therefore whole curves are compared. Each is smoothed and begins where it passes the preload. Its force F is evaluated
-at G shares s of the travel u* at which it reaches 95 % of its maximum F* (the travel at the maximum itself is uncertain
-on a flat top):
+at G = 25 shares s of the travel u*, at which F reaches 95 % of its maximum F* (on a flat top, the travel at the maximum
+itself is uncertain). With F̄ and ū as the means of F* and u* over the specimens:
 
     w = (F(s u*)/(F̄ √G), u*/ū),   s = 1/G … 1.
 
@@ -94,7 +94,7 @@ def _on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float)
 
 
 def modes_of(curves: Sequence[Curve], stiffness: float | None = None, most: int = MOST) -> CurveModes:
-    """Return up to `most` components of `FEWEST` or more smoothed curves from a machine of a stiffness (N/mm)."""
+    """Return up to `most` components of at least `FEWEST` smoothed curves; `stiffness` of the machine in N/mm."""
     compliance = 0.0 if stiffness is None else 1.0 / stiffness
     curves = [from_preload(travel - compliance * (force - force[0]), force) for travel, force in curves]
     forces = np.array([float(force.max()) for _, force in curves])
@@ -108,7 +108,7 @@ def modes_of(curves: Sequence[Curve], stiffness: float | None = None, most: int 
     values, vectors = np.linalg.eigh(scatter)
     values, vectors = values[::-1], vectors[:, ::-1]
     held = np.cumsum(values) / values.sum()
-    # together with the maximum, there must be fewer responses than n − 1 degrees of freedom
+    # the components and the maximum must be fewer than the n − 1 degrees of freedom of the scatter
     count = min(most, MOST, max(n - 3, 0), int(np.searchsorted(held, _HELD)) + 1)
     # the sign of φ is arbitrary; its largest component is made positive, so that equal curves have equal scores
     weights = np.array([phi * np.sign(phi[int(np.argmax(np.abs(phi)))]) for phi in vectors[:, :count].T])
@@ -146,7 +146,7 @@ def without_noise(travel: Array, force: Array) -> Curve:
 
 
 def from_preload(travel: Array, force: Array) -> Curve:
-    """Return a curve from the preload on, which is interpolated, or extrapolated by at most one step."""
+    """Return a curve from the preload on; its first point is interpolated, or extrapolated by at most one step."""
     begin = contact_begins(force, PRELOAD)
     first, after = float(force[begin]), float(force[begin : begin + 2][-1])
     if not first < after or first > RISE * force.max():

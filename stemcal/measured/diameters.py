@@ -28,7 +28,7 @@ _MOST_GRADES = 100
 
 @dataclass(frozen=True)
 class Grade:
-    """Stems with diameters from `low` to below `high` (mm): their share, counted and by the fitted distribution."""
+    """Stems with diameters from `low` to below `high` (mm): their share as counted and as fitted (normal)."""
 
     diameter: float
     low: float
@@ -173,7 +173,7 @@ def _stems_of(
 def _repeated(table: TextTable, labels: Sequence[int], columns: Sequence[int]) -> Iterator[Note]:
     """Yield a note if rows with the same label are not adjacent or differ: plants of two plots may share a number."""
     words = [i for i in range(len(table.columns)) if i not in (*labels, *columns) and _has_no_numbers(table, i)]
-    words = [i for i in words if all(cells[i] for cells in table.rows)]  # without remarks
+    words = [i for i in words if all(cells[i] for cells in table.rows)]  # others contain remarks
     if not (repeated := _labels_apart(table, labels, words)):
         return
     together = sorted([*words, *labels])

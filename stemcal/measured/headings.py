@@ -1,4 +1,4 @@
-"""Recognise numbers, names and units in the cells and headings of laboratory files in many languages.
+"""Recognise the names and units of columns in the headings of laboratory files, in many languages.
 
 A word in an alphabetic script must be a whole word of the heading. Words in Chinese, Japanese and Korean, and terms of
 several words, may be anywhere in it. The file `words.csv` has the words, `units.csv` the units with their factors.

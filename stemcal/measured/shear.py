@@ -55,7 +55,7 @@ class _GradeForces(Spread):
 
 @dataclass(frozen=True)
 class ShearTests:
-    """The specimens that are not excluded, and their statistics; `notes` do not concern a single specimen."""
+    """The specimens that are not excluded, and their statistics; `notes` are those on no single specimen."""
 
     specimens: tuple[TestedSpecimen, ...]
     grades: tuple[_GradeForces, ...]
@@ -213,7 +213,7 @@ def target_rows(tests: ShearTests, work: bool = False) -> list[str]:
         means = {"force": (grade.summary, "N"), "travel": (grade.travel, "mm")}
         if work:
             means |= {"work": (grade.work, "mJ")}
-        # the digits that a laboratory reports
+        # rounded as laboratories report forces
         rows.append(row_of(grade.diameter, means, grade.summary.n, lambda v: f"{v:.4g}" if v < 1000 else f"{v:.1f}"))
     return rows
 

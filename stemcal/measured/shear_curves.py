@@ -108,14 +108,14 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCur
 
 
 def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], list[Note]]:
-    """Return displacement and force columns of all specimens, and notes; `UsageError` if headings do not show them."""
+    """Return the displacement and the force column of each specimen, and notes; `UsageError` if they are unclear."""
     if not table.headed and (how.force_column is None or how.displacement_column is None):
         raise UsageError(f"{table.source}: the columns have no headings ({table.listed_columns()}); {_NAME_THEM}")
     notes: list[Note] = []
     forces = _columns(table, "force", how.force_column, FORCE, NEWTONS)
     travels = _columns(table, "displacement", how.displacement_column, TRAVEL, MILLIMETRES)
     choices = ((how.force_column, forces), (how.displacement_column, travels))
-    # the detected columns have different names, so they are not columns of several specimens
+    # detected columns with different names are not the same quantity of several specimens
     differ = [option is None and not _are_alike(table, columns) for option, columns in choices]
     if differ[0] and len(travels) == 1:
         forces = _first(table, "force", forces, notes)

@@ -33,7 +33,7 @@ def write_word(tables: Sequence[PaperTable], plots: Sequence[Plot], path: Path) 
     document.core_properties.title = "Tables and figures from a stemcal study"
     for table in tables:
         _add_table(document, table)
-    for number, plot in enumerate(plots, 1):  # reduced if the page is too small, but not enlarged
+    for number, plot in enumerate(plots, 1):  # a figure is reduced to the page, but not enlarged
         wide, high = plot.figure.get_size_inches()
         line = document.add_paragraph()
         line.alignment = WD_ALIGN_PARAGRAPH.CENTER
@@ -90,7 +90,7 @@ def _widths(table: PaperTable) -> tuple[list[float], float]:
     """
     columns = list(zip(table.heads, *table.cells, strict=True))
     whole = [max(map(cell_len, cells)) for cells in columns]
-    # stars stay next to their number
+    # a number and its stars, as in 1.2 *, count as one word
     words = [max((cell_len(w) for c in cells for w in c.replace(" *", "-*").split()), default=1) for cells in columns]
     room = _WIDTH - _MARGIN * len(columns)
     size = min(_SIZE, room / (_LETTER * sum(words)))

@@ -60,7 +60,7 @@ def numbered(tables: Iterable[Table]) -> list[PaperTable]:
             in_a_line(f"{table.title}."),
             tuple(map(in_a_line, table.heads)),
             tuple(tuple(in_a_line(cell).rstrip() for cell in row) for row in table.cells),
-            # with stars behind the numbers the digits are aligned if the cells are aligned left
+            # numbers followed by stars are aligned left, so that their digits stay aligned
             tuple(column.left or column.form is starred for column in table.columns),
             in_a_line(
                 " ".join(f"{line.removesuffix('.')}." for line in (*table.foot, *table.claimed)).replace("`", "")

@@ -83,7 +83,7 @@ def _section_faces(shape: Shape) -> tuple[Array, Array]:
     corners, owner = _faces(shape.hexes, shape.reference[shape.hexes].mean(axis=1)[:, 1] > 0.0)
     before = shape.reference[corners]
     edges = np.linalg.norm(before - np.roll(before, 1, axis=1), axis=2)
-    # faces near y = 0 that point to −y, compared with the usual length of an edge and the area of the face
+    # faces whose centre is near y = 0, within about a third of an edge, and which point to −y
     close = np.abs(before[:, :, 1].mean(axis=1)) < 0.35 * (float(np.median(edges)) if len(before) else 0.0)
     normals = _normals(before)
     on_plane = close & (normals[:, 1] < -0.7 * np.linalg.norm(normals, axis=1)) & shape.standing[owner]

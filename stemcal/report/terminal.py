@@ -56,7 +56,7 @@ def table_drawn(table: Table) -> list[RenderableType]:
     words = [_widest(word for text in each for word in text.split()) for each in texts]
     whole = [max(word, _widest(cells)) for word, (_, *cells) in zip(words, texts, strict=True)]
     least = whole if sum(whole) + (2 if len(texts) < _CROWDED else 1) * len(texts) <= WIDTH else words
-    for column, each, narrowest in zip(table.columns, texts, least, strict=True):  # headings are broken before cells
+    for column, each, narrowest in zip(table.columns, texts, least, strict=True):  # only headings are broken
         justify: Literal["left", "right"] = "left" if column.left else "right"
         whole_line = _widest(each) == narrowest
         shown.add_column(Text(each[0]), justify=justify, overflow="fold", min_width=narrowest, no_wrap=whole_line)
