@@ -801,3 +801,50 @@ def test_the_summary_of_a_laboratory_test_has_its_own_responses() -> None:
     bent = LaboratoryResult(**{**vars(known_result()), "responses": {"slope": 41.5}})
     found: Any = summary(bent, 8.0, "bending")
     assert (found["test"], found["responses"]) == ("bending", {"slope": 41.5})
+
+
+# ---- bounds and default values of options
+
+
+@pytest.mark.parametrize(
+    ("option", "low", "high", "outside"),
+    [("--dpi", 50, 1200, (49, 1201)), ("--width", 40, 400, (39.9, 400.1))],
+)
+def test_figures_have_bounds(
+    replayed: Path, option: str, low: float, high: float, outside: tuple[float, float]
+) -> None:
+    asked = ("export", "figures", REPLAY, "list", "--out", replayed)
+    assert [command(*asked, option, value).exit_code for value in (low, high)] == [0, 0]
+    assert [command(*asked, option, value).exit_code for value in outside] == [2, 2]
+
+
+@pytest.mark.parametrize(("args", "exit_code"), [(("--workers", 0), 2), (("--workers", -1), 2), (("--workers", 1), 0)])
+def test_there_is_at_least_one_worker(tmp_path: Path, args: tuple[object, ...], exit_code: int) -> None:
+    assert command("check", SMOKE, *args, "--out", tmp_path / "none").exit_code == exit_code
+
+
+def test_measurements_by_default(tmp_path: Path) -> None:
+    """Grades of 1 mm; curves from a preload of 5 N; targets without the work."""
+    stems = tmp_path / "stems.csv"
+    stems.write_text("diameter_mm\n" + "".join(f"{7 + 0.1 * n:g}\n" for n in range(30)), encoding="utf-8")
+    found = {step: json_of("measure", "diameters", stems, *step)["result"]["grades"] for step in ((), ("--step", "1"))}
+    assert found[()] == found["--step", "1"] != json_of("measure", "diameters", stems, "--step", 2)["result"]["grades"]
+    curves = ROOT / "configs" / "data" / "measured-shear"
+    preloads = ((), ("--preload", 5), ("--preload", 9))
+    forces = [json_of("measure", "shear", curves, *more)["result"]["specimens"][0] for more in preloads]
+    assert forces[0] == forces[1] != forces[2]
+    assert command("measure", "shear", curves, "--preload", -1).exit_code == 2
+    plain, with_work = (json_of("measure", "shear", curves, *more)["result"]["targets"] for more in ((), ("--work",)))
+    assert "work:" not in plain and "work:" in with_work
+    for asked in ("7,8,x", "7;8"):
+        code, message = told("measure", "diameters", stems, "--grades", asked)
+        remedy = "write diameters in mm separated by commas, such as 7,8,9,10,11"
+        assert (code, message) == (2, f"error: --grades {asked}: {remedy}")
+
+
+def test_at_most_twenty_damaged_files_are_named(replayed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    damaged = {f"runs/{n}.json": "is damaged" for n in range(25)} | {"rsm.json": "is damaged"}
+    monkeypatch.setattr("stemcal.overview.status.inspect", lambda *_: (30, damaged))
+    done = command("status", REPLAY, "--verify", "--out", replayed)
+    assert (done.exit_code, done.stdout) == (1, f"{replayed}: 5 of 30 records are intact.\n")
+    assert done.stderr.splitlines() == [f"error: runs/{n}.json is damaged" for n in range(20)]

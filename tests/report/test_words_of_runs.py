@@ -351,6 +351,13 @@ def test_a_table_on_the_terminal_has_its_foot_indented_and_its_numbers_at_the_ri
     assert "\x1b[1mbb" in out.getvalue() and "\x1b[1ma " not in out.getvalue()
 
 
+@pytest.mark.parametrize(("columns", "gap"), [(7, 2), (8, 1)])
+def test_eight_columns_and_more_are_closer_together(columns: int, gap: int) -> None:
+    table = Table(tuple(Column(f"c{n}") for n in range(columns)), (("aa",) * columns,))
+    heading = printed(*table_drawn(table), width=200).splitlines()[0]
+    assert heading.rstrip() == (" " * gap).join(f"c{n}" for n in range(columns))
+
+
 # ---- progress
 
 

@@ -290,6 +290,14 @@ def test_contact_stiffness_is_proportional_to_its_share_and_that_of_the_place(tm
     assert contact_scale(solver, slabs, LAW, 0.5, (0.5, 0.5, 0.0)) == pytest.approx(0.5 * end, rel=1e-12)
 
 
+def test_contact_is_on_the_surface_even_if_an_inner_face_is_nearer(tmp_path: Path) -> None:
+    """Plates of 1 × 1 × 0.2: the face between two of them is nearer to their common edge than both outer faces."""
+    plates = brick((2.0, 2.0, 0.4), (2, 2, 2))
+    solver: Any = study_of(tmp_path, "openradioss").solver
+    inner, outer = (contact_scale(solver, plates, LAW, 1.0, place) for place in ((1.0, 0.5, 0.0), (0.5, 0.5, 0.0)))
+    assert inner == pytest.approx(outer, rel=1e-9)
+
+
 # ---- the tools
 
 

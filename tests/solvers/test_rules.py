@@ -55,6 +55,12 @@ targets: [{size: 8, y: 3, z: 4, sd: {y: 1, z: 1}}]
             "an element size of 0.0079 mm is too small for a stem diameter of 8 mm (1.01e+03 elements); "
             "write d/16, or check the unit",
         ),
+        (
+            "0.007996 mm",
+            "8 mm",
+            "an element size of 0.007996 mm is too small for a stem diameter of 8 mm (1e+03 elements); "
+            "write d/16, or check the unit",
+        ),
         ("3 mm", "5 mm", "an element size of 3 mm is too large for a stem diameter of 5 mm; use about 0.62 mm"),
         (
             "0.0079 mm",
