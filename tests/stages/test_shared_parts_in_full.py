@@ -109,8 +109,8 @@ def test_the_stages_of_a_study_in_order(tmp_path: Path, extra: str, names: str, 
 
 
 def test_unknown_stages_and_circles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(UsageError, match=r"The stage 'scren' does not exist\."):
-        stage_called("scren")
+    with pytest.raises(UsageError, match=r"The stage 'nonesuch' does not exist\."):
+        stage_called("nonesuch")
     study = make_study(tmp_path)  # the factors of its surface are those of the screening
     monkeypatch.setattr(type(stage_called("screen")), "needs", lambda _self, _study: "validate")
     with pytest.raises(UsageError, match=r"The stages (.*) depend on each other\.") as error:
