@@ -174,7 +174,9 @@ def test_an_error_of_the_system_has_its_file_and_no_traceback() -> None:
 
 
 def test_explain_prints_the_schema_and_lists_every_term() -> None:
-    schema = json.loads(command("explain", "--schema").stdout)
+    text = command("explain", "--schema").stdout
+    schema = json.loads(text)
+    assert text.isascii() and "\\u2013" in text and text.startswith('{\n  "')  # every terminal can print it
     assert "factors" in schema["properties"] and json_of("explain", "--schema")["result"] == schema
     listed = " ".join(command("explain").stdout.split())
     assert ("lack of fit, " in listed and len(json_of("explain")["result"]["terms"]) == listed.count(",") + 1) or True

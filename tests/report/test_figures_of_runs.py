@@ -331,10 +331,23 @@ def test_the_histogram_has_a_normal_curve_of_the_stems_and_the_limits_of_the_gra
     assert axes.get_ylim()[1] == pytest.approx(1.25 * 1.05 * highest, rel=0.01)
 
 
+OPTIONS = CurveOptions(Form(), None, None, None, None, 5.0)
+
+
 @pytest.fixture(scope="module")
 def sheared() -> Any:
-    how = CurveOptions(Form(), None, None, None, None, 5.0)
-    return measure_shear(find_files(DATA / "measured-shear"), how, {}, [])
+    return measure_shear(find_files(DATA / "measured-shear"), OPTIONS, {}, [])
+
+
+def test_a_grade_of_one_specimen_has_no_interval() -> None:
+    files = find_files(DATA / "measured-shear")
+    first = next(n for n, path in enumerate(files) if path.name.split("-")[0] != files[0].name.split("-")[0])
+    tests = measure_shear([files[0], *files[first : first + 3]], OPTIONS, {}, [])
+    assert [grade.summary.mean_interval is None for grade in tests.grades] == [True, False]
+    (bars,) = force_over_diameter(tests).axes[0].containers
+    assert list(bars.lines[0].get_xdata()) == [tests.grades[1].diameter]
+    (alone,) = force_over_diameter(measure_shear(files[:1], OPTIONS, {}, [])).axes[0].containers
+    assert list(alone.lines[0].get_xdata()) == []
 
 
 def test_measured_curves_are_coloured_by_their_grade(sheared: Any) -> None:

@@ -342,8 +342,9 @@ def test_fractures_are_printed(changes: dict[str, Any], rows: dict[str, str]) ->
 def test_a_table_on_the_terminal_has_its_foot_indented_and_its_numbers_at_the_right() -> None:
     columns = (Column("name", "Name"), Column("value", "Value, N", form=str))
     drawn = table_drawn(Table(columns, (("a", 1), ("bb", 22)), "Title", ("A foot.",), ("Claimed.",), frozenset({1})))
+    assert printed(*drawn).splitlines()[1] == "Name  Value, N"  # no blanks at the edges
     lines = [line.rstrip() for line in printed(*drawn).splitlines()]
-    assert lines[0].strip() == "Title" and lines[1] == "Name  Value, N"
+    assert lines[0].strip() == "Title"
     assert lines[3:5] == ["a            1", "bb          22"]
     assert lines[5:] == ["  A foot.", "  Claimed.", ""]
     out = io.StringIO()
@@ -426,6 +427,11 @@ def test_a_bar_has_its_number_of_runs_once_the_solver_is_compiled() -> None:
         assert bar.bars.tasks[0].fields["tail"] == "1 failed"
         bar.busy("drawing the report")
     assert [task.description for task in bar.bars.tasks] == ["Screening", "drawing the report"]
+    texts = [getattr(column, "text_format", type(column).__name__) for column in bar.bars.columns]
+    assert texts == [
+        *("{task.description}", "BarColumn", "MofNCompleteColumn", "TimeElapsedColumn", "TimeRemainingColumn"),
+        "{task.fields[tail]}",
+    ]
 
 
 # ---- files for publication
