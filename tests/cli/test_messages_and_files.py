@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -12,16 +13,18 @@ from typing import Any
 import numpy as np
 import pytest
 import typer
-from commanding import REPLAY, ROOT, SMOKE, command
+from commanding import REPLAY, ROOT, SMOKE, STAGES, command
 from fakes import PYTHON
 from rich.console import Console
 from typer.testing import CliRunner
 
 from stemcal.cli import console, doctor, exit_codes, export, export_program
+from stemcal.cli import simulate as simulating
 from stemcal.cli.console import envelope, say_json
+from stemcal.cli.session import Session
 from stemcal.cli.simulate import summary
 from stemcal.cutting.end_state import Shape
-from stemcal.errors import UsageError
+from stemcal.errors import UsageError, Waiting
 from stemcal.processes.interrupts import Terminated
 from stemcal.report.records import Details, RunCurve
 from stemcal.stages.element_size import SizedStrain
@@ -340,6 +343,9 @@ def test_one_run_of_a_program(tmp_path: Path) -> None:
     assert (answer["status"], answer["response"]) == ("ok", 30.0)
     code, message = told("simulate", spec, "--csv", tmp_path / "a.csv")
     assert code == 2 and message.endswith("--csv: the program returns no force–travel curve; omit the option")
+    assert told("simulate", spec, "--test", "cutting")[0] == 0
+    code, message = told("simulate", spec, "--test", "bend")
+    assert (code, message) == (2, "error: --test 'bend': no test has this name; use cutting")
     failing = program_spec(tmp_path, "raise SystemExit(3)")
     code, message = told("simulate", failing)
     assert code == 3 and "error: the run failed (exit_code): the program finished with exit code 3" in message
@@ -359,6 +365,8 @@ def test_files_that_were_written_are_named_unless_quiet(tmp_path: Path, monkeypa
         seen.append((at, frames, section and section.name))
         return known_result()
 
+    shown: list[str] = []
+    monkeypatch.setattr(simulating, "waiting", lambda what, quiet: shown.append(what) or nullcontext())
     monkeypatch.setattr(embedded, "simulate_levels", simulate)
     monkeypatch.setattr("stemcal.fem.warm.is_compiled", lambda *_: False)
     files = [tmp_path / name for name in ("a.csv", "a.png", "frames")]
@@ -375,6 +383,7 @@ def test_files_that_were_written_are_named_unless_quiet(tmp_path: Path, monkeypa
     three = SMOKE.with_name("three-tests.yaml")
     assert command("simulate", three, "--test", "bending").exit_code == 0 and seen[-1] == (8.0, None, "bending")
     assert command("simulate", three, "--test", "cutting").exit_code == 0 and seen[-1] == (8.0, None, None)
+    assert shown[1:] == ["one virtual shear test", "virtual test bending", "one virtual shear test"]
 
 
 def test_the_summary_has_numbers_only(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -452,6 +461,43 @@ def test_exported_figures_are_listed_and_named(replayed: Path) -> None:
     assert json_of(*asked, "pareto", "--out", replayed)["result"]["files"] == [str(path), str(path.with_suffix(".png"))]
     tables = json_of("export", "tables", REPLAY, "--format", "md", "--out", replayed)["result"]["files"]
     assert tables == [str(replayed / "tables" / "tables.md")]
+
+
+def test_the_word_file_has_the_figures_of_the_page_and_csv_files_have_none(
+    replayed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Folded figures, those that are not on the page, and what only a calibrated study claims are left out."""
+    flags = {"a": (True, False, False), "folded": (True, True, False), "apart": (False, False, False)}
+    flags["claimed"] = (True, False, True)
+    plots = [
+        SimpleNamespace(name=name, on_page=on_page, detail=detail, claims=claims)
+        for name, (on_page, detail, claims) in flags.items()
+    ]
+    given: list[list[str]] = []
+    monkeypatch.setattr("stemcal.report.gallery.gallery", lambda *_: plots)
+    monkeypatch.setattr(
+        "stemcal.report.export.export_tables", lambda *args: given.append([plot.name for plot in args[3]]) or []
+    )
+    for holds, kind in ((True, "docx"), (False, "docx"), (True, "csv")):
+        monkeypatch.setattr(
+            "stemcal.stages.verdict.verdict_rules.verdict_of", lambda *_, holds=holds: SimpleNamespace(holds=holds)
+        )
+        assert command("export", "tables", REPLAY, "--format", kind, "--out", replayed).exit_code == 0
+    assert given == [["a", "claimed"], ["a"], []]
+
+
+def test_the_page_is_written_after_each_stage_but_the_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After the last stage it is written with its figures."""
+    written: list[str] = []
+
+    def page(_study: Any, folder: Any) -> None:
+        written.append(sorted(path.stem for path in folder.path.glob("*.json") if path.stem in STAGES)[-1])
+
+    monkeypatch.setattr("stemcal.report.redraw.draw_words", page)
+    assert command("run", REPLAY, "--out", tmp_path, "-q").exit_code == 0
+    assert len(written) == len(STAGES) - 1 and "validate" not in written
+    assert command("run", REPLAY, "--out", tmp_path, "-q").exit_code == 0
+    assert len(written) == len(STAGES) - 1  # a finished study is not written again
 
 
 def test_the_differences_and_files_of_a_deck_are_printed_unless_quiet(tmp_path: Path) -> None:
@@ -562,6 +608,24 @@ def test_a_material_card_is_of_a_stem_without_layers(tmp_path: Path) -> None:
 
 
 # ---- sessions
+
+
+def test_work_that_waits_is_repeated_while_results_arrive() -> None:
+    """Results saved to the sheet meanwhile: twice; then none, so that the command waits."""
+    saved, done = iter([True, True, False]), []
+
+    def work() -> None:
+        done.append(1)
+        raise Waiting("rsm", [])
+
+    sheet: Any = SimpleNamespace(enter_saved=lambda: next(saved))
+    nothing: Any = None
+    with pytest.raises(Waiting):
+        Session(nothing, nothing, nothing, nothing, sheet).continued(work)
+    assert len(done) == 3
+    with pytest.raises(Waiting):
+        Session(nothing, nothing, nothing, nothing, None).continued(work)
+    assert len(done) == 4 and Session(nothing, nothing, nothing, nothing, None).continued(lambda: 7) == 7
 
 
 @pytest.mark.parametrize(
@@ -850,3 +914,11 @@ def test_at_most_twenty_damaged_files_are_named(replayed: Path, monkeypatch: pyt
     done = command("status", REPLAY, "--verify", "--out", replayed)
     assert (done.exit_code, done.stdout) == (1, f"{replayed}: 5 of 30 records are intact.\n")
     assert done.stderr.splitlines() == [f"error: runs/{n}.json is damaged" for n in range(20)]
+
+
+def test_commands_without_arguments_show_their_help() -> None:
+    for words in ((), ("measure",), ("export",)):
+        done = command(*words)
+        assert f"Usage: {' '.join(['stemcal', *words])} [OPTIONS] COMMAND" in done.output
+        assert done.output.strip() == command(*words, "--help").output.strip()
+    assert "--install-completion" in command("--help").stdout

@@ -21,7 +21,7 @@ from stemcal.report.progress import Watcher, _Bar, _Lines, describe, make_watch,
 from stemcal.report.records import Details, provenance_rows, run_warnings, spec_hash
 from stemcal.report.redraw import _last_line
 from stemcal.report.study_tables import design_tables, factors_table, runs_table, setting_tables
-from stemcal.report.terminal import simulation_table, table_drawn
+from stemcal.report.terminal import identifiability, simulation_table, table_drawn
 from stemcal.runs.answer import Progress
 from stemcal.stages.ledger import LedgerRow
 from stemcal.stages.verdict.result import Verdict
@@ -350,6 +350,14 @@ def test_a_table_on_the_terminal_has_its_foot_indented_and_its_numbers_at_the_ri
     out = io.StringIO()
     Console(file=out, width=80, color_system="standard", force_terminal=True).print(drawn[0])
     assert "\x1b[1mbb" in out.getvalue() and "\x1b[1ma " not in out.getvalue()
+
+
+def test_notes_on_intervals_are_printed_with_a_heading_only_if_the_study_is_calibrated() -> None:
+    stage = stage_of(
+        notes=(Note("known", "info", "Both."), Note("other", "info", "Other."), Note("known", "info", "a."))
+    )
+    assert printed(*identifiability(stage)) == "Identifiability\n  Both.\n  a.\n\n"
+    assert identifiability(stage, False) == [] and identifiability(stage_of()) == []
 
 
 @pytest.mark.parametrize(("columns", "gap"), [(7, 2), (8, 1)])
