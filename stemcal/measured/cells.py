@@ -241,11 +241,11 @@ def _without_headings(lines: Sequence[Line], run: Run, decimal: str) -> Run:
 def _are_serials(cells: Sequence[str], below: Sequence[Sequence[str]], decimal: str) -> bool:
     """Test whether a line has two or more numbers, and all are serial numbers.
 
-    Each is a whole number of at least four digits and larger than all numbers below it; one is over ten times as large.
+    Each is a whole number of three digits or more, larger than all numbers below it; one is over ten times as large.
     """
     columns = ([as_number(cell, decimal) or 0.0 for cell in column] for column in zip(*below, strict=False))
     over = [(cell, max(map(abs, column))) for cell, column in zip(cells, columns, strict=False) if _is_number(cell)]
-    if len(over) < 2 or not all(re.fullmatch("[0-9]{4,}", cell) for cell, _ in over):
+    if len(over) < 2 or not all(re.fullmatch("[0-9]{3,}", cell) for cell, _ in over):
         return False
     return all(int(cell) > most for cell, most in over) and any(int(cell) > 10.0 * most for cell, most in over)
 

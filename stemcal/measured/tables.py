@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Self
 
 from stemcal.errors import UsageError
-from stemcal.formats import counted
+from stemcal.formats import counted, listed
 from stemcal.measured import cells, headings
 from stemcal.notes import Note, Remedy
 from stemcal.storage.plain import read_plain
@@ -100,12 +100,12 @@ class TextTable:
 
     def listed_columns(self) -> str:
         """Return the names of the columns for a message; without headings, the range of the numbers in each."""
-        listed = [cells.quoted(name) for name in self.columns[:_MOST_SHOWN]]
+        names = [cells.quoted(name) for name in self.columns[:_MOST_SHOWN]]
         for column, name in enumerate(() if self.headed else self.columns[:_MOST_SHOWN]):
             values = [value for value in self.values(column) if value is not None]
-            listed[column] = f"{name} ({min(values):g} to {max(values):g})" if values else f"{name} (no numbers)"
-        more = len(self.columns) - len(listed)
-        return ", ".join(listed) + (f" and {more} more" if more else "")
+            names[column] = f"{name} ({min(values):g} to {max(values):g})" if values else f"{name} (no numbers)"
+        more = len(self.columns) - len(names)
+        return ", ".join(names) + (f" and {more} more" if more else "")
 
     def scale_of(
         self, column: int, known: dict[str, float], default: str, unit: str | None = None, option: str = ""
@@ -124,7 +124,7 @@ class TextTable:
         for name, factor in known.items():
             if unit == name or (unit.lower() == name.lower() and name != "mN" and unit.lower() != "mn"):
                 return factor
-        raise UsageError(f"{where}: unknown unit {cells.quoted(unit)}; {how}, one of {', '.join(known)}")
+        raise UsageError(f"{where}: unknown unit {cells.quoted(unit)}; {how}: {listed(known)}")
 
     def with_numbers(self, *columns: int) -> tuple[Self, list[Note]]:
         """Return the table without the rows that have no value in one of the columns, and notes on the omitted rows.

@@ -67,6 +67,7 @@ LAYOUTS = {
     "serial numbers behind a word": ("Zeit\tKraft\tWeg\tNr\ns\tkN\tmm\tmm\nS/N\t88123\t88124\t88125", KN),
     "serial numbers of two sensors": ("Zeit\tKraft\tWeg\tNr\ns\tkN\tmm\tmm\n\t5512\t5513\t", KN),
     "serial numbers above the units": ("Zeit\tKraft\tWeg\tNr\n1281068\t1281069\t1281070\t9999\ns\tkN\tmm\tmm", KN),
+    "serial numbers of three digits": ("Time [s]\tForce [kN]\tTravel [mm]\tx\n101\t102\t103\t104", KN),
     "two lines of serial numbers": ("Zeit\tKraft [kN]\tWeg [mm]\tNr\n8881\t8882\t8883\t8884\n7771\t7772\t\t7774", KN),
     "kips after a space": ("Time s\tForce kips\tTravel mm\tx", KIP),
     "a unit in capitals after a space": ("TIME S\tFORCE KN\tTRAVEL MM\tx", KN),
