@@ -1,4 +1,8 @@
-"""Convert a file to lines of cells (text in any encoding, Excel workbooks), and find the lines of data among them."""
+"""Convert a file to lines of cells (text in any encoding, Excel workbooks), and find the lines of data among them.
+
+The data are the longest run of lines that have the same number of cells and at least one number. After the first lines
+of a run, a line may be shorter, because some machines omit the separators after the last filled cell.
+"""
 
 import csv
 import io

@@ -1,9 +1,4 @@
-"""Read tables as testing machines write them; encoding, separator and decimal mark are detected or specified.
-
-A file is read as lines of cells. The data of a table are its longest run of lines that have the same number of cells
-and at least one number. After the first few lines of a run, a line may be shorter, because some machines omit the
-separators after the last filled cell. A workbook may contain a table on each of its sheets.
-"""
+"""Read tables as testing machines write them; encoding, separator and decimal mark are detected or specified."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
