@@ -1,6 +1,7 @@
 """The files that commands write, the messages on either stream, and the refusals: exact texts and exit codes."""
 
 import json
+import logging
 import os
 import sys
 from contextlib import nullcontext
@@ -18,7 +19,7 @@ from fakes import PYTHON
 from rich.console import Console
 from typer.testing import CliRunner
 
-from stemcal.cli import console, doctor, exit_codes, export, export_program
+from stemcal.cli import console, doctor, exit_codes, export, export_program, session
 from stemcal.cli import simulate as simulating
 from stemcal.cli.console import envelope, say_json
 from stemcal.cli.session import Session
@@ -922,3 +923,90 @@ def test_commands_without_arguments_show_their_help() -> None:
         assert f"Usage: {' '.join(['stemcal', *words])} [OPTIONS] COMMAND" in done.output
         assert done.output.strip() == command(*words, "--help").output.strip()
     assert "--install-completion" in command("--help").stdout
+
+
+# ---- more decisions of commands
+
+
+def test_a_program_runs_at_the_diameter_of_the_calibration_or_the_one_asked_for(tmp_path: Path) -> None:
+    echo = "import json, sys; json.dump({'F': float(sys.argv[1])}, open('o.json', 'w'))"
+    spec = program_spec(tmp_path, echo, "path: F")
+    spec.write_text(spec.read_text("utf-8").replace("'{{k}}']", "'{{diameter}}', '{{k}}']"), encoding="utf-8")
+    assert [command("simulate", spec, *more).stdout for more in ((), ("--diameter", 7))] == [
+        "Maximum force: 8 N\n",
+        "Maximum force: 7 N\n",
+    ]
+
+
+def test_a_study_that_needs_too_much_memory_has_no_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stemcal.runs.executors.machine_memory", lambda: 1e6)
+    done = command("check", SMOKE, "--out", tmp_path)
+    assert done.exit_code == 0 and "memory" in done.stderr.lower() and "Runs of smoke" not in done.stdout
+    found = json_of("check", SMOKE, "--out", tmp_path)["result"]
+    assert found["plan"] is None and len(found["warnings"]) > 1
+    monkeypatch.setattr("stemcal.runs.executors.machine_memory", lambda: 1e15)
+    assert json_of("check", SMOKE, "--out", tmp_path)["result"]["plan"] is not None
+
+
+def test_messages_that_are_logged_are_warnings_once(capsys: pytest.CaptureFixture[str]) -> None:
+    log = logging.getLogger("stemcal")
+    before = list(log.handlers)
+    log.handlers = [handler for handler in before if not isinstance(handler, console._ToWarnings)]
+    console.route_log()
+    console.route_log()
+    log.warning("A package is skipped.")
+    log.info("Nothing.")
+    log.handlers = before
+    assert capsys.readouterr().err == "warning: A package is skipped.\n"
+
+
+@pytest.mark.parametrize(
+    ("awaited", "earlier", "message"),
+    [
+        (1, None, "Waiting for 1 result from the rsm stage. Fill in s.csv. Then run `stemcal run SPEC`"),
+        (
+            2,
+            Path("old.csv"),
+            "Waiting for 2 results from the rsm stage. Fill in s.csv. Then run `stemcal run SPEC`. "
+            "The previous sheet is old.csv",
+        ),
+        (0, None, "All results in s.csv are recorded. To continue, run `stemcal run SPEC`"),
+    ],
+)
+def test_a_command_says_what_it_waits_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, awaited: int, earlier: Path | None, message: str
+) -> None:
+    class Sheet:
+        def __init__(self, *_: Any) -> None:
+            self.awaited, self.earlier, self.path = awaited, earlier, Path("s.csv")
+
+        def __enter__(self) -> "Sheet":
+            return self
+
+        def __exit__(self, *_: Any) -> None:
+            return None
+
+    spec, said = tmp_path / "s.yaml", list[str]()
+    spec.write_text(SHEET, encoding="utf-8")
+    monkeypatch.setattr("stemcal.by_hand.own_sheet.OwnSheet", Sheet)
+    monkeypatch.setattr(session, "await_", said.append)
+    with pytest.raises(typer.Exit) as caught, session.opened(spec, tmp_path / "o", None, "local", True):
+        raise Waiting("rsm", [])
+    assert caught.value.exit_code == 6 and said == [message.replace("SPEC", str(spec))]
+
+
+def test_a_further_cut_is_foreseen_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The memory and time before a simulation are those of the test that is simulated."""
+    from test_simulate import known_result
+
+    asked: list[tuple[float, list[float]]] = []
+    monkeypatch.setattr(
+        "stemcal.overview.foresight.demand_of_one",
+        lambda study, at: asked.append((study.loading.speed, list(at))),
+    )
+    monkeypatch.setattr("stemcal.overview.foresight.warnings_before", lambda *_: [])
+    monkeypatch.setattr("stemcal.solvers.embedded.simulate_levels", lambda *_, **__: known_result())
+    three = SMOKE.with_name("three-tests.yaml")
+    for more in ((), ("--test", "bending"), ("--diameter", 7)):
+        assert command("simulate", three, *more, "-q").exit_code == 0
+    assert [at for _, at in asked] == [[8.0], [8.0], [7.0]]
