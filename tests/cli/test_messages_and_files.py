@@ -725,6 +725,9 @@ def test_a_study_by_hand_waits_for_its_sheet(tmp_path: Path) -> None:
     assert message in done.stderr.splitlines()
     waiting = f"Waiting for results. Fill in {out / 'sheet.csv'}. Then run `stemcal run SPEC`."
     assert waiting in " ".join(command("status", spec, "--out", out).stdout.split()).replace(" .csv", ".csv")
+    words = map(str.split, command("status", spec, "--out", out).stdout.splitlines())
+    rows = {name: cells for name, *cells in filter(None, words)}
+    assert rows["rsm"][2:4] == ["0", "0"] and rows["validate"] == ["none", "?", "0", "0", "?"]  # depends on the fit
     assert json_of("run", spec, "--out", out)["status"] == "waiting"
     missing = told("enter", spec, tmp_path / "none.csv", "--out", out)
     assert missing == (
