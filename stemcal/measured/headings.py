@@ -105,6 +105,8 @@ def _unit_in(name: str) -> str:
     ['', '', '', 'dyn', 's', '']
     >>> [_unit_in(name) for name in ("Force kips", "LOAD KN", "Force: lbf", "Force:kN", "Cell 1", "Weg MM")]
     ['kips', 'KN', 'lbf', 'kN', '', 'MM']
+    >>> [_unit_in(name) for name in ("Diameter at 10 cm", "Diameter at 10 cm (mm)", "Kraft 2 N", "5 kN")]
+    ['10 cm', 'mm', 'N', 'kN']
     """
     name = _narrow(name)
     if unit := _bare_unit(name):
@@ -118,7 +120,9 @@ def _unit_in(name: str) -> str:
         return match[2] if known or may_be_unit else ""
     *words, last = name.split() or [""]
     if words and last not in _NUMBERS and (last in _KNOWN or last.casefold() in _LONG_UNITS):
-        return last
+        # in `Load cell 5 kN` and `Diameter at 10 cm` the unit may be that of the number only, so it counts as unknown
+        number = re.fullmatch(r"\d+(?:[.,]\d+)?", words[-1]) and len(words) > 1
+        return f"{words[-1]} {last}" if number and {**NEWTONS, **MILLIMETRES}.get(last) != 1.0 else last
     joined = re.search(rf"[{_EASTERN}]([A-Za-z%]{{1,3}})$", name)
     return joined[1] if joined and joined[1] in _KNOWN else ""
 
@@ -147,8 +151,8 @@ def is_heading(cells: Sequence[str]) -> bool:
 
 def units_in(cells: Sequence[str]) -> list[str]:
     """Return all units in the cells: units in brackets, or at the end of a cell without brackets."""
-    in_brackets = [re.findall(rf"[\[(<]\s*({_UNIT})\s*[\])>]", _narrow(cell)) for cell in cells]
-    return [unit for cell, units in zip(cells, in_brackets, strict=True) for unit in units or [_unit_in(cell)] if unit]
+    bracketed = rf"[\[(<]\s*({_UNIT})\s*[\])>]"
+    return [unit for cell in cells for unit in re.findall(bracketed, _narrow(cell)) or _unit_in(cell).split()[-1:]]
 
 
 def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], tuple[str, ...], int]:
@@ -170,7 +174,8 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[s
         stated = (next((unit for unit in column if unit in NEWTONS or unit in MILLIMETRES), "") for column in ends)
         return rows[heading], tuple(n or s for n, s in zip(named, stated, strict=True)), heading + 1
     both = zip((_bare_unit(cell) or cell for cell in rows[units]), named, strict=True)
-    agreed = tuple(f"{b} or {n}" if b and n and b.casefold() != n.casefold() else b or n for b, n in both)
+    differ = ((b, n, b and n and " " not in n and b.casefold() != n.casefold()) for b, n in both)
+    agreed = tuple(f"{b} or {n}" if two else b or n for b, n, two in differ)
     return rows[heading], agreed, max(heading, units) + 1
 
 

@@ -72,6 +72,7 @@ LAYOUTS = {
     "kips after a space": ("Time s\tForce kips\tTravel mm\tx", KIP),
     "a unit in capitals after a space": ("TIME S\tFORCE KN\tTRAVEL MM\tx", KN),
     "a unit behind a colon": ("Time:s\tForce:kN\tTravel: mm\tx", KN),
+    "the capacity of the load cell": ("Time\tLoad cell 500 lb\tPosition 2 cm\tx\ns\tkN\tmm\tx", KN),
     "Force/Fz": ("t/s\tForce/Fz\tDisp/mm\tx\ns\tkN\tmm\t°", KN),
 }  # fmt: skip
 
@@ -100,6 +101,7 @@ UNKNOWN = {
     "meganewtons": "Time\tForce\tPosition\tx\ns\tMN\tmm\tx",
     "name and line of units disagree": "Time\tForce (N)\tPosition\tx\ns\tkN\tmm\tx",
     "a unit only further above": "Load cell; 5 kN\nTime\tForce\tPosition\tx",
+    "the capacity of the load cell": "Time\tLoad cell 5 kN\tPosition\tx",
     "a legend above": "Force [kN], travel [mm]\n\nTime\tForce\tPosition\tx",
 }
 
@@ -144,3 +146,12 @@ def test_a_first_row_of_large_whole_numbers_is_data(tmp_path: Path) -> None:
     path.write_text("a (um),b (um)\n9800,9600\n8100,8300\n7000,7100\n1200,1300\n", encoding="utf-8")
     stems = measure_diameters(path, column="1,2", label="none")
     assert [stem.diameter for stem in stems.stems] == pytest.approx([9.7, 8.2, 7.05, 1.25])
+
+
+def test_the_height_of_a_measurement_is_not_its_unit(tmp_path: Path) -> None:
+    path = tmp_path / "stems.csv"
+    path.write_text("stem,Diameter at 10 cm\n1,7.1\n2,8.2\n3,9.3\n", encoding="utf-8")
+    with pytest.raises(UsageError, match="unknown unit '10 cm'; write the unit in its heading"):
+        measure_diameters(path)
+    path.write_text("stem,Diameter at 10 cm (mm)\n1,7.1\n2,8.2\n3,9.3\n", encoding="utf-8")
+    assert measure_diameters(path).summary.mean == pytest.approx(8.2)
