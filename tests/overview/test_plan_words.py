@@ -67,6 +67,10 @@ MEMORY = "One run needs about 2.5 GB of memory."
                 MEMORY,
             ],
         ),
+        (
+            {"tests": {"cutting": 7200.0}, "memory": None},
+            ["24 runs must be computed.", "On one core, the runs take 2 h 0 min (rough estimate).", WHOLE],
+        ),
         ({"tests": {"cutting": 1800.0}, "seconds": None, "memory": 0.0}, ["24 runs must be computed.", WHOLE]),
         ({"to_run": 1, "seconds": None, "memory": None, "elapsed": None}, ["1 run must be computed."]),
         ({"to_run": 0, "seconds": 0.0, "memory": None}, ["0 runs must be computed.",
