@@ -12,6 +12,7 @@ from known_results import Known, evidence, known, spec_of
 from stemcal.by_hand.options import SheetSolver
 from stemcal.doe.comparison import Formula
 from stemcal.notes import Note, Remedy
+from stemcal.runs.record import Outcome
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import Judged, Prediction
 from stemcal.stages.results import Results
@@ -234,6 +235,25 @@ def test_a_remedy_may_leave_less_than_a_tenth(done: Known) -> None:
     eleven = physics_of(done.study, done.results, details(done, {**worst, **rest, "7 mm": GOOD, "8 mm": GOOD}))
     assert (ten.checked, [doubt.aim for doubt in ten.doubts]) == (10, [23.0])
     assert (eleven.checked, [doubt.aim for doubt in eleven.doubts]) == (11, [22.0])
+
+
+def test_runs_in_another_model_have_their_own_physics(tmp_path: Path) -> None:
+    """Only the runs of the study's own solver are checked."""
+    spec = tmp_path / "there.yaml"
+    spec.write_text(spec_of(extra="refine: {in: {kind: sheet}}\n"), encoding="utf-8")
+    study = load_study(spec)
+    results: Any = SimpleNamespace(
+        done=[
+            SimpleNamespace(
+                name=name, runs=lambda key=name: [("run", Outcome(response=1.0, key=key))], judged=lambda _: []
+            )
+            for name in ("rsm", "refine")
+        ]
+    )
+    folder: Any = SimpleNamespace(
+        peek=lambda key: {"details": {**GOOD, "inertia_percent": {"rsm": 6.0, "refine": 50.0}[key]}}
+    )
+    assert physics_of(study, results, folder).doubts == (Doubt("inertia", 1, 6.0, aim=6.0),)
 
 
 # ---- unfinished stages, and a formula

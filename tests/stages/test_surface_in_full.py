@@ -27,7 +27,7 @@ from stemcal.stages.rsm.figures import Solution, levels_of, rsm_plots
 from stemcal.stages.rsm.over import notes_of
 from stemcal.stages.rsm.profiler import profiler_data
 from stemcal.stages.rsm.result import RsmResult
-from stemcal.stages.rsm.showing import RsmShowing, canonical_table, equation
+from stemcal.stages.rsm.showing import RsmShowing, _coded_condition, canonical_table, equation
 from stemcal.storage.rows import Rows
 from stemcal.vocabulary import CUTTING, FIRST, Variable, Vocabulary, Wording
 
@@ -527,3 +527,67 @@ def test_the_figures_of_a_study_mark_its_first_levels(joint: Known, surface: Rsm
     assert " Each orange line marks a measured mean " in SHOWING.figures(surface, setting)[2].caption
     setting.results = Results((surface,))
     assert "orange" not in SHOWING.figures(surface, setting)[2].caption
+
+
+# ---- one surface over factors and diameter
+
+
+@pytest.fixture(scope="module")
+def over(tmp_path_factory: pytest.TempPathFactory) -> Known:
+    """The same law in 15 runs over a, b and the diameter; its logarithm is fitted."""
+    spec = spec_of(MEASURED, "invert: {diameters: all}\n", ", sd: 3 N, n: 9")
+    spec = spec.replace("centre_points: 1", "over: conditions, centre_points: 1")
+    return known(tmp_path_factory.mktemp("over"), spec, LAW)
+
+
+def test_the_surface_over_the_diameter_in_words(over: Known) -> None:
+    """The centre is ln d = 2.124, where ln F = ln 100 + 2·(2.124 − ln 8) = 4.695; the slope is 2·0.106."""
+    surface: RsmResult = over.of(RsmResult)
+    assert SHOWING.outcome(surface, NAMES)[0].startswith(
+        "A quadratic response surface of the logarithm of the maximum force in yield_stress, failure_strain and "
+        "diameter was fitted to 15 runs"
+    )
+    tables = {table.title: table for table in SHOWING.tables(surface, NAMES)}
+    coefficients = tables["Response surface in coded units"]
+    assert coefficients.heads[:2] == ("Term", "Coefficient")
+    assert [row[:2] for row in cells(coefficients) if row[0] in ("1", "D")] == [("1", "4.695"), ("D", "0.212")]
+    assert coefficients.foot[0].startswith("ln F = 4.695 + ")
+    assert coefficients.foot[1].endswith("; D = (ln diameter − 2.12425) / 0.10604")
+    assert "Canonical analysis" not in tables
+    assert "Fit quality of all response surfaces" not in tables
+    assert surface.symbols() == {"yield_stress": "X1", "failure_strain": "X2", "diameter": "D"}
+    assert [label for label, _ in surface.runs()] == [f"rsm {n}" for n in range(1, 16)]
+    at = surface.response_at({"yield_stress": 0.0, "failure_strain": 0.0})
+    assert float(at) == pytest.approx(100.0, rel=1e-3)
+
+
+def test_the_growth_of_a_parameter_in_words(over: Known) -> None:
+    surface: RsmResult = over.of(RsmResult)
+    assert surface.over is not None
+    grown = replace(surface, over=replace(surface.over, growing={"yield_stress": ("failure_strain", 8.0)}))
+    assert list(_coded_condition(grown, NAMES)) == [
+        "D = (ln diameter − 2.12425) / 0.10604",
+        "yield_stress is multiplied by (diameter / 8 mm)^(failure_strain − 0.03)",
+    ]
+    linear = replace(surface, over=replace(surface.over, logarithmic=False, center=9.0, half_step=1.5))
+    assert list(_coded_condition(linear, NAMES)) == ["D = (diameter − 9) / 1.5"]
+
+
+def test_the_profiler_of_a_surface_over_the_diameter(over: Known) -> None:
+    data = profiler_data(over.study, over.of(RsmResult), {}, True)
+    seven, eight, _ = data["surfaces"]
+    assert eight["label"] == "Maximum force at a diameter of 8 mm" and eight["runs"] == []
+    axis = over.of(RsmResult).over
+    assert seven["place"] == {
+        "factors": [0, 1], "start": [0.0, 0.0], "rate": [0.0, 0.0], "exponents": [0, 1],
+        "condition": pytest.approx(axis.coded(7.0)), "logarithm": True,
+    }  # fmt: skip
+    assert len(seven["beta"]) == 10 and seven["beta"][0] == pytest.approx(4.695, abs=1e-3)
+    assert seven["t"] == pytest.approx(2.5706, abs=1e-4)  # 15 runs, 10 terms
+
+
+def test_the_runs_at_all_diameters_over_their_predictions(over: Known) -> None:
+    surface: RsmResult = over.of(RsmResult)
+    dots = figures.observed_predicted(surface).axes[0].lines[1]
+    assert dots.get_ydata() == pytest.approx([math.log(run.response or 0.0) for run in surface.design.runs])
+    assert dots.get_xdata() == pytest.approx(dots.get_ydata(), abs=0.01)
