@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -188,13 +188,13 @@ def _specimens(
         has_place = str(path) in str(error) or "--" in str(error)[:2]
         raise UsageError(str(error) if has_place else f"{path}: {error}") from None
     file_names = _names_of(path)[::-1]
-    named = next((mm for text in (path.stem, path.parent.name) if (mm := millimetres_in(text)) is not None), None)
     for curve in curves:
         name = f"{base}#{curve.label}" if curve.label else base
         entries = [*(f"{file}#{curve.label}" for file in file_names), *file_names]
         listed, grade = next((index[entry] for entry in entries if entry in index), (None, None))
-        of_name = named if curve.over is None else None
-        diameter = next((value for value in (listed, curve.diameter, curve.over, of_name) if value is not None), None)
+        over = _first_length(curve.titles)
+        of_name = _first_length((path.stem, path.parent.name)) if over is None else None
+        diameter = next((value for value in (listed, curve.diameter, over, of_name) if value is not None), None)
         if diameter is None:
             raise UsageError(
                 f"{path}: the diameter is unknown; write the diameter in the file name (7mm-1.csv), above the columns "
@@ -204,6 +204,10 @@ def _specimens(
         nominal = next((value for value in (grade, of_name) if value is not None), float(round(diameter)))
         checked_diameter(nominal, f"{path}: specimen {quoted(name)}: grade")
         yield TestedSpecimen(name, nominal, diameter, curve)
+
+
+def _first_length(texts: Iterable[str]) -> float | None:
+    return next((length for text in texts if (length := millimetres_in(text)) is not None), None)
 
 
 def target_rows(tests: ShearTests, work: bool = False) -> list[str]:

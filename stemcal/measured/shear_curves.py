@@ -17,7 +17,7 @@ from stemcal.arrays import Array
 from stemcal.errors import UsageError
 from stemcal.formats import counted
 from stemcal.measured.cells import quoted
-from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, TRAVEL, folded, millimetres_in
+from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, TRAVEL, folded
 from stemcal.measured.tables import Form, TextTable, read_tables
 from stemcal.notes import Note, Remedy
 
@@ -54,8 +54,8 @@ class ShearCurve:
 
     trimmed    number of points before that point, which are left out
     diameter   diameter stated above the data of the file, mm
-    over       diameter stated above the columns of the specimen, mm
     label      sheet and number of the specimen if the file contains several
+    titles     text above the columns, heading of the force, title of the sheet: one may state the diameter
     """
 
     __pydantic_config__: ClassVar[dict[str, bool]] = {"arbitrary_types_allowed": True}  # arrays become lists in JSON
@@ -68,7 +68,7 @@ class ShearCurve:
     synthetic: bool
     notes: tuple[Note, ...] = ()
     label: str = ""
-    over: float | None = None
+    titles: tuple[str, ...] = ()
 
     @property
     def max_force(self) -> float:
@@ -180,12 +180,8 @@ def _curves_of(
         label = " ".join(filter(None, (sheet, str(number) if len(pairs) > 1 else "")))
         above = [text for text in table.labels[begin : max(pair) + 1] if text]
         begin = max(pair) + 1
-        # diameter of the specimen above its columns, in the heading of its force, or in the title of its sheet
-        over = millimetres_in(above[-1]) if above else None
-        if over is None and len(pairs) > 1:
-            over = millimetres_in(table.columns[pair[1]])
-        over = millimetres_in(sheet) if over is None else over
-        curves.append(replace(curve, diameter=stated, label=label, over=over))
+        titles = (*above[-1:], *([table.columns[pair[1]]] if len(pairs) > 1 else []), sheet)
+        curves.append(replace(curve, diameter=stated, label=label, titles=titles))
     return curves
 
 
