@@ -165,6 +165,13 @@ def test_coded_levels(tmp_path: Path, coding: str, expected: list[str]) -> None:
     assert [message.split(" (-")[0] for message in found] == [message.split(" (-")[0] for message in expected]
 
 
+def test_a_factor_without_a_range_has_no_second_mistake(tmp_path: Path) -> None:
+    """Its coding is not compared with a range that is wrong itself."""
+    fixed = TWO_FACTORS.replace("low: 10, high: 20", "low: 12, high: 12")
+    (message,) = mistakes(tmp_path, AXIAL.format("yield_stress: [12, 18]"), fixed)
+    assert message.startswith("factors.yield_stress") and "coding" not in message
+
+
 def test_corners_alone_count_while_the_factors_are_unknown(tmp_path: Path) -> None:
     """4.3 to 25.7 MPa is possible at the corners; −1 MPa is not."""
     assert mistakes(tmp_path, "rsm: {coding: {yield_stress: [4.3, 25.7]}}\n") == []
