@@ -323,6 +323,22 @@ def test_a_solution_on_the_edge(joint: Known, single: Known) -> None:
     assert remedy is not None and remedy.edit is None and remedy.text.startswith("Measure another response, perform ")
 
 
+def test_only_a_joint_fit_without_priors_is_extended_to_where_its_means_are(joint: Known, single: Known) -> None:
+    """With forces twice as large the means lie far beyond the ranges; others are widened by half."""
+
+    def edit(done: Known, *priors: PriorRow) -> str:
+        means = [t.model_copy(update={"response": 2.0 * t.response}) for t in done.study.targets.means]
+        targets = done.study.targets.model_copy(update={"means": tuple(means)})
+        study = done.study.model_copy(update={"targets": targets})
+        solved = on_edge(replace(done.of(InvertResult), priors=Rows(priors)))
+        remedy = only(rules.on_the_edge(seen(study, done.of(RsmResult), solved))).remedy
+        assert remedy is not None and remedy.edit is not None
+        return remedy.edit
+
+    widened = "factors: [{name: yield_stress, high: 25}]"
+    assert edit(single) == edit(joint, *PRIORS) == widened != edit(joint)
+
+
 # ---- what the measurements do not determine
 
 

@@ -197,6 +197,16 @@ def test_methods_that_disagree() -> None:
     ]
 
 
+def test_an_effect_at_the_level_of_significance_is_not_significant() -> None:
+    p = screened().effects[1].p
+    assert p is not None
+    exactly = screened(alpha=p)
+    assert exactly.significant == ("a",)
+    assert [note.text.split(" is ")[0] for note in exactly.notes if note.kind == "methods_disagree"] == [
+        "The effect of a"
+    ]
+
+
 def test_failed_runs_are_left_out() -> None:
     y = Y.copy()
     y[7] = np.nan
@@ -252,6 +262,9 @@ def test_the_chart_has_a_bar_for_each_effect_and_the_limit() -> None:
     (limit,) = axes.lines
     assert limit.get_xdata()[0] == pytest.approx(2.7764, abs=1e-4) and limit.get_label() == "t test, p = 0.05"
     assert axes.get_xlabel() == "|effect| on the maximum force, N"
+    assert pareto(WHOLE).get_figheight() == pytest.approx(2.2)
+    nine = [replace(effect, factor=f"{effect.factor}{n}") for n in range(3) for effect in WHOLE.effects]
+    assert pareto(replace(WHOLE, effects=Rows(nine))).get_figheight() == pytest.approx(0.9 + 9 * 0.24)
     setting: Any = SimpleNamespace(labels={})
     (plot,) = ScreenShowing().figures(WHOLE, setting)
     assert (plot.name, plot.section) == ("pareto", "screen")
