@@ -151,12 +151,13 @@ def _resolved(
 def _across_from(values: Mapping[str, Any], along: Mapping[str, float]) -> dict[str, float]:
     """Return the properties across the axis, MPa: `values`, and defaults that follow from the values along the axis.
 
-    The default shear modulus is de Saint-Venant's 1/G = 1/E + (1 + 2ν)/E_T, which is exact for isotropic materials.
+    The default shear modulus is de Saint-Venant's 1/G = 1/E_T + (1 + 2ν)/E with ν for tension along the axis; it is
+    exact for isotropic materials.
     """
     E, nu, sigma = along["elastic_modulus"], along["poisson_ratio"], along["yield_stress"]
     E_t = values["elastic_modulus"].of(E) if "elastic_modulus" in values else E
     across = values["yield_stress"].of(sigma) if "yield_stress" in values else sigma
-    estimate = 1.0 / (1.0 / E + (1.0 + 2.0 * nu) / E_t)
+    estimate = 1.0 / (1.0 / E_t + (1.0 + 2.0 * nu) / E)
     shear, shear_yield = values.get("shear_modulus"), values.get("shear_yield_stress")
     return {
         "elastic_modulus": E_t,

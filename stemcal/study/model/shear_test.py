@@ -211,7 +211,7 @@ class TransverseSection(Frozen):
     """Young's modulus across the axis; by default that along the axis."""
     shear_modulus: StressOrRatio | None = None
     """Shear modulus G between the axis and a direction across it; a ratio refers to `elastic_modulus` along the axis.
-    By default 1/G = 1/E + (1 + 2ν)/Et with Young's moduli E along and Et across the axis."""
+    By default 1/G = 1/Et + (1 + 2ν)/E with Young's moduli E along and Et across the axis."""
     poisson_ratio: Annotated[Number, Field(ge=0, lt=1)] | None = None
     """Poisson's ratio between two directions across the axis; by default `poisson_ratio` of the material, which is for
     tension along the axis."""

@@ -17,7 +17,8 @@ from stemcal.solvers.embedded import Embedded, shear_test
 from stemcal.solvers.embedded import test_of as made
 from stemcal.solvers.protocol import Request
 from stemcal.study.model.growth import Interpolated
-from stemcal.study.model.shear_test import TransverseSection
+from stemcal.study.model.layers import _across_from
+from stemcal.study.model.shear_test import Relative, TransverseSection
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study, read_study
 from stemcal.study.rules.factors import wrong_levels
@@ -53,6 +54,14 @@ def test_properties_across_are_stresses_or_ratios_of_their_layer(study: Study) -
     assert (skin.yield_stress, pith.yield_stress) == pytest.approx((8.0, 8.0))
     assert (skin.shear_yield_stress, pith.shear_yield_stress) == pytest.approx((8.0 / sqrt(3.0), 0.4 * 9.0))
     assert (skin.poisson_ratio, pith.poisson_ratio) == (0.4, 0.4)
+
+
+def test_the_default_shear_modulus_makes_the_compliance_at_45_degrees_the_mean() -> None:
+    """1/E₄₅ = (1/E + 1/E_T + 1/G − 2ν/E)/4, with ν for tension along the axis, is (1/E + 1/E_T)/2."""
+    along = {"elastic_modulus": 800.0, "poisson_ratio": 0.3, "yield_stress": 14.0}
+    G = _across_from({"elastic_modulus": Relative(0.1, is_ratio=True)}, along)["shear_modulus"]
+    at_45_degrees = (1.0 / 800.0 + 1.0 / 80.0 + 1.0 / G - 0.6 / 800.0) / 4.0
+    assert at_45_degrees == pytest.approx((1.0 / 800.0 + 1.0 / 80.0) / 2.0, rel=1e-12)
 
 
 def test_an_empty_section_is_the_isotropic_law(tmp_path: Path) -> None:
