@@ -118,6 +118,7 @@ def start(model: Model) -> State:
     lanes = lay_out(model.mesh.hexes, len(model.mesh.nodes), layers.of)
     topology = model.mesh.topology(model.crowns, lanes.slots)
     material = _material(model, lanes)
+    life = SOFT_LIFE if any(map(_is_soft, layers.materials)) else STEP_LIFE
     volumes = model.mesh.volumes()
     body = _body(model, lanes, topology, volumes)
     tools = with_skin(tool_arrays(model.tools, len(body.x)), topology, body.mass)
@@ -159,7 +160,8 @@ def start(model: Model) -> State:
             smallest_step=_COLLAPSE * model.integration.safety * first,
             penalty_step=first,
             margin=_MARGIN * size,
-            surface_life=SOFT_LIFE if any(map(_is_soft, layers.materials)) else STEP_LIFE,
+            surface_life=life,
+            surface_lead=0.5 * (life - 1) if life < STEP_LIFE else 0.0,
         ),
     )
 

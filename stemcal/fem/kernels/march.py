@@ -37,8 +37,9 @@ from stemcal.fem.kernels.timestep import stable_step
 
 # Number of steps after which the time step, the mean strains and the surface under a spread edge are computed again.
 STEP_LIFE = 20
-# The same number for the surface of a soft stem, where forces along an outdated surface would excite vibrations.
-SOFT_LIFE = 2
+# The same number for the surface of a soft stem. Forces along a surface that lags behind the nodes do positive work on
+# their vibrations. This surface is therefore computed for the middle of the interval, where the lag is zero on average.
+SOFT_LIFE = 5
 # Steps between updates of the rate factors from a smoothed strain rate; the smoothing time is many times longer.
 _RATE_LIFE = 5
 
@@ -104,6 +105,7 @@ class Settings(NamedTuple):
     penalty_step: float  # Δt in the contact stiffness p m/Δt², s
     margin: float  # nodes and faces within this distance of a tool are listed, mm
     surface_life: int  # number of steps after which the surface under a spread edge is computed again
+    surface_lead: float  # number of steps by which this surface is ahead of the nodes when it is computed
 
 
 class Team(NamedTuple):
@@ -246,8 +248,8 @@ def meet_tools(
         _look_for_contact(body, topology, tools, edge, spread, candidates, clock, settings)
         due = True
     if spread.tool >= 0 and due:
-        faces, count, tip = candidates.faces, candidates.face_count[0], tools.height[spread.tool]
-        update_surface(spread, faces, candidates.crowns, count, body.x, body.free, body.mass, body.inverse_mass, tip)
+        ahead = settings.surface_lead * clock.step[0]
+        update_surface(spread, candidates, body, ahead, tools.height[spread.tool])
     _add_contact_forces(body, tools, edge, spread, candidates, clock, friction, settings)
 
 

@@ -89,15 +89,17 @@ class SpreadEdge(NamedTuple):
 
 
 @kernel
-def update_surface(
-    edge: Floats, faces: Any, crowns: Array, count: int, x: Array, free: Any, mass: Array, inverse_mass: Array,
-    tip: float,
-) -> None:  # fmt: skip
-    """Update the surface under each row, given by the highest of ``faces[:count]``, and the compliances of the rows.
+def update_surface(edge: Floats, candidates: Floats, body: Floats, ahead: float, tip: float) -> None:
+    """Update the surface under each row, given by the highest of the faces near the edge, and the compliances.
 
-    Under lines where the top of the cut plane has parted, the cut front replaces the faces.
+    Under lines where the top of the cut plane has parted, the cut front replaces the faces. The nodes are at the
+    positions x + v·`ahead` that they are about to reach.
     """
-    _find_surface(edge, faces, crowns, count, x, tip)
+    faces, x = candidates.faces, edge.velocity
+    for n in range(x.shape[0]):
+        for i in range(3):
+            x[n, i] = body.x[n, i] + ahead * body.v[n, i]
+    _find_surface(edge, faces, candidates.crowns, candidates.face_count[0], x, tip)
     if edge.cut.tool >= 0:
         find_front(edge.cut, edge.along, x, tip, edge.spread)
     for line in range(edge.along.shape[0]):
@@ -105,7 +107,9 @@ def update_surface(
             _gather_line(edge, line, faces)
         else:
             _gather_front(edge, line)
-        _share_with_twins(edge, line, mass)
+    if edge.cut.twins.shape[0] > 0:
+        for line in range(edge.along.shape[0]):
+            _share_with_twins(edge, line, body.mass)
     for j in range(edge.lines.shape[0]):
         edge.shape[j, : edge.sizes[j]] = 0.0
         edge.normal[j, : edge.sizes[j]] = 0.0
@@ -118,7 +122,7 @@ def update_surface(
                     _add_line(edge, j, edge.lines[j, m], edge.image[j, m], edge.bell[j, m] / total)
             edge.offset[j] = height - _along_normal(edge, j, x)
     _list_met(edge)
-    _work_out_compliance(edge, free, inverse_mass)
+    _work_out_compliance(edge, body.free, body.inverse_mass)
 
 
 @kernel
@@ -134,8 +138,9 @@ def _find_surface(edge: Floats, faces: Any, crowns: Array, count: int, x: Array,
         right = max(max(x[a, 0], x[b, 0]), max(x[c, 0], x[d, 0])) - edge.x
         near = min(min(x[a, 1], x[b, 1]), min(x[c, 1], x[d, 1]))
         far = max(max(x[a, 1], x[b, 1]), max(x[c, 1], x[d, 1]))
+        first, last = np.searchsorted(edge.across, left), np.searchsorted(edge.across, right)
         for l in range(np.searchsorted(edge.along, near), np.searchsorted(edge.along, far)):
-            for q in range(np.searchsorted(edge.across, left), np.searchsorted(edge.across, right)):
+            for q in range(first, last):
                 xi, eta = locate_in_face(edge.x + edge.across[q], edge.along[l], fx, fy)
                 if abs(xi) > 1.0 + HAIR or abs(eta) > 1.0 + HAIR:
                     continue
@@ -202,7 +207,7 @@ def _gather_front(edge: Floats, line: int) -> None:
 def _share_with_twins(edge: Floats, line: int, mass: Array) -> None:
     """Distribute weights of a line between unparted twin nodes in proportion to mass, because they move as one."""
     cut = edge.cut
-    for k in range(edge.line_sizes[line] if cut.twins.shape[0] > 0 else 0):
+    for k in range(edge.line_sizes[line]):
         n = edge.line_nodes[line, k]
         p = cut.number[n]
         if p < 0 or cut.parted[p]:
