@@ -114,12 +114,10 @@ class Embedded(Solver):
             "edge_spread": study.blade.edge_spread,
             "internal_length": study.material.internal_length,
         }
-        # each length as written in the spec; if that is a share of the diameter, followed by the value in mm
-        in_mm = {key: "" if s.divisor is None else f" ({s.at(diameter):.3g} mm)" for key, s in lengths.items()}
-        settings = {name: f"{length}{in_mm[name]}" for name, length in lengths.items()}
+        settings = {name: _written(length, length.at(diameter), diameter) for name, length in lengths.items()}
         for section, layer in zip(study.layers[:-1], layers_at(study, {}, diameter), strict=False):
             if (name := f"{section.name}_thickness") not in study.names:
-                settings[name] = f"{layer.thickness:.3g} mm"
+                settings[name] = _written(section.thickness, layer.thickness, diameter)
         if options.elements_through_wall is not None:
             settings["elements_through_wall"] = f"{options.elements_through_wall}"
         if options.replicates is not None:
@@ -233,6 +231,13 @@ def _material(layer: LayerValues, law: str, smoothing: float) -> Material:
     )
 
 
+def _written(length: object, mm: float, diameter: float) -> str:
+    """Return a length as written in the spec, with its value (mm) at this diameter if it depends on the diameter."""
+    if not isinstance(length, Length):
+        return f"{mm:.3g} mm at {diameter:g} mm"
+    return f"{length}" if length.divisor is None else f"{length} ({mm:.3g} mm)"
+
+
 def _options(study: Study) -> EmbeddedSolver:
     solver = study.solver
     if not isinstance(solver, EmbeddedSolver):
@@ -254,7 +259,7 @@ def _discretisation(study: Study, diameter: float) -> Discretisation:
             solver.mass_scaling, solver.time_step_safety, solver.outputs, solver.threads, solver.time_step, "mixed"
         ),
         filter_window=solver.filter_window,
-        coarsening=solver.coarsening,
+        coarsening=solver.coarsening_in(study),
         coarsening_around=solver.coarsening_around,
         break_drop=BREAK_DROP,
     )

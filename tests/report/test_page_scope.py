@@ -24,7 +24,7 @@ def scope_of(path: Path, fitted: tuple[str, ...], settings: dict[str, str] | Non
 def test_the_first_study_names_its_test_and_every_fixed_value() -> None:
     fitted, settings = (
         ("skin_yield_stress", "pith_yield_stress"),
-        {"edge_spread": "d/7 (1.29 mm)", "skin_thickness": "1 mm"},
+        {"edge_spread": "d/7 (1.29 mm)", "skin_thickness": "d/9 (1 mm)"},
     )
     both = scope_of(CONFIGS / "wild-chrysanthemum.yaml", fitted, settings, [PRIOR])
     for part in (
@@ -36,7 +36,7 @@ def test_the_first_study_names_its_test_and_every_fixed_value() -> None:
     ):
         assert part in both["Valid for"]
     assert both["Valid for"].endswith("blade speed 100 mm/min and edge_spread d/7.")
-    for part in ("density 1100 kg/m³", "elastic_modulus 1000 MPa", "poisson_ratio 0.3", "failure_strain 0.125"):
+    for part in ("density 1100 kg/m³", "elastic_modulus 1000 MPa", "poisson_ratio 0.3", "failure_strain 0.055"):
         assert part in both["Assumed"]
     for part in (
         "prior for skin_yield_stress of 15 MPa (standard deviation 2.5 MPa)",
@@ -44,7 +44,7 @@ def test_the_first_study_names_its_test_and_every_fixed_value() -> None:
         "0.41 times",
     ):
         assert part in both["Assumed"]
-    assert "no effect of the strain rate" in both["Assumed"] and both["Assumed"].count("skin_thickness 1 mm") == 1
+    assert "no effect of the strain rate" in both["Assumed"] and both["Assumed"].count("skin_thickness d/9") == 1
 
 
 def test_material_keys_and_further_tests_are_named() -> None:

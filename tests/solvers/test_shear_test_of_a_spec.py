@@ -92,6 +92,21 @@ def test_the_part_of_the_stem_that_is_modelled(tmp_path: Path, over: str, bevel:
     assert test.loading.sliding_angle == (10.0 if "sliding" in bevel else 0.0)
 
 
+@pytest.mark.parametrize(
+    ("supports", "until", "ratio"),
+    [(SPAN, "first_fracture", 6.0), (SPAN, "severed", 2.0), ("{kind: clamped, height: 20 mm}", "severed", 6.0)],
+)
+def test_elements_over_the_supports_are_short_in_a_whole_cut(
+    tmp_path: Path, supports: str, until: str, ratio: float
+) -> None:
+    study = study_of(tmp_path, supports=supports)
+    loading, solver = study.loading.model_copy(update={"until": until}), study.solver
+    default = solver.model_copy(update={"coarsening": None})
+    for options, expected in ((default, ratio), (solver, 4.0)):
+        test = shear_test(study.model_copy(update={"loading": loading, "solver": options}), {"yield_stress": 17.0}, 8.0)
+        assert test.discretisation.coarsening == expected
+
+
 def test_next_to_a_clamp_half_of_the_stem_is_modelled(tmp_path: Path) -> None:
     study = study_of(tmp_path, supports="{kind: clamped, height: 20 mm}")
     test = shear_test(study, {"yield_stress": 17.0}, 8.0)
@@ -137,6 +152,11 @@ def test_settings_on_which_calibrated_values_depend(tmp_path: Path) -> None:
     layered = Embedded(load_study(CONFIGS / "hemp-two-layers.yaml")).settings_that_matter(9.3)
     assert (layered["phloem_thickness"], layered["failure_strain"]) == ("0.5 mm", "0.08")
     assert "xylem_thickness" not in layered
+    written = {"d/16": "d/16 (0.5 mm)", "{at: 8 mm, value: 0.5 mm, exponent: 2}": "0.5 mm at 8 mm"}
+    for rule, text in written.items():
+        spec = (CONFIGS / "hemp-two-layers.yaml").read_text(encoding="utf-8")
+        (tmp_path / "rule.yaml").write_text(spec.replace("thickness: 0.5 mm", f"thickness: {rule}"), encoding="utf-8")
+        assert Embedded(load_study(tmp_path / "rule.yaml")).settings_that_matter(8.0)["phloem_thickness"] == text
     varied = load_study(CONFIGS / "smoke.yaml")
     assert "failure_strain" not in Embedded(varied).settings_that_matter(8.0)
     own = varied.material.model_copy(update={"failure_strain": None})  # as of layers with strains of their own

@@ -216,7 +216,7 @@ class Deck:
         """Meshes of the stem, the blade and the supports."""
         study, diameter, stem, b = self.study, self.diameter, self._stem, self.study.blade
         blade = Blade(b.thickness, b.width, b.edge_angle, self.nose, b.bevel)
-        how = _discretisation(self.solver, diameter)
+        how = _discretisation(self.solver, study, diameter)
         elements = mesh_size(stem, how).elements
         if elements > _MOST_ELEMENTS:
             raise UsageError(
@@ -322,7 +322,7 @@ class Deck:
             )
 
 
-def _discretisation(solver: EmbeddedSolver | DeckSolver, diameter: float) -> Discretisation:
+def _discretisation(solver: EmbeddedSolver | DeckSolver, study: Study, diameter: float) -> Discretisation:
     size = solver.element_size.at(diameter)
     if isinstance(solver, DeckSolver):
         return Discretisation(size, solver.elements_through_wall, symmetry="none", edge_over="elements")
@@ -331,6 +331,6 @@ def _discretisation(solver: EmbeddedSolver | DeckSolver, diameter: float) -> Dis
         solver.elements_through_wall,
         symmetry="none",
         edge_over=solver.edge_over,
-        coarsening=solver.coarsening,
+        coarsening=solver.coarsening_in(study),
         coarsening_around=solver.coarsening_around,
     )
