@@ -178,7 +178,7 @@ def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, An
             _check(advance(until, state), state)
         if not state.topology.standing.any():  # without elements there is no stable time step
             state.clock.time[0] = until
-        if state.clock.time[0] > before:  # the last step may have passed this output too
+        if state.clock.time[0] > before:  # equal if the step to the previous output time passed this one, too
             yield _row(state, impulse, before)
 
 

@@ -49,7 +49,7 @@ class BendingSection(PieceSection):
         yield from super().misfits(diameter, ratio)
 
     def shear_over_bending(self, diameter: float, ratio: float, softness: float) -> float:
-        """Return the ratio of deflection by shear to deflection by bending, 12 EI/(κGA L²), with `softness` = E/G."""
+        """Return deflection by shear over that by bending, 12 EI/(κGA L²): span L, `ratio` bore/d, `softness` E/G."""
         squared = (0.25 * diameter * hypot(1.0, ratio) / self.span.at(diameter)) ** 2
         return 12.0 * softness * squared / shear_coefficient(ratio)
 

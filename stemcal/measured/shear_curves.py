@@ -58,7 +58,7 @@ class ShearCurve:
     titles     text above the columns, heading of the force, title of the sheet: one may state the diameter
     """
 
-    __pydantic_config__: ClassVar[dict[str, bool]] = {"arbitrary_types_allowed": True}  # arrays become lists in JSON
+    __pydantic_config__: ClassVar[dict[str, bool]] = {"arbitrary_types_allowed": True}  # allows numpy arrays as fields
 
     source: str
     travel: Array
@@ -108,7 +108,7 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCur
 
 
 def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], list[Note]]:
-    """Return the displacement and the force column of each specimen, and notes; `UsageError` if they are unclear."""
+    """Return the displacement and the force column of each specimen, and notes; raise `UsageError` if in doubt."""
     if not table.headed and (how.force_column is None or how.displacement_column is None):
         raise UsageError(f"{table.source}: the columns have no headings ({table.listed_columns()}); {_NAME_THEM}")
     notes: list[Note] = []

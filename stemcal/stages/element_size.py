@@ -29,7 +29,7 @@ _TOLERANCE, _VALID = 0.02, 0.05
 _LOWEST, _HIGHEST = 1e-3, 2.0  # range of the failure strain
 _FEWEST_POSITIONS, _MOST_POSITIONS = 5, 50
 _MOST_RUNS = 12
-_LONGER_STROKE = 3.0  # factor on the stroke, which must be longer without lengths to reach the same force
+_LONGER_STROKE = 3.0  # factor on the stroke: `without_lengths`, the same force requires a longer stroke
 _FIRST_SLOPE = 0.5  # first estimate of ∂ ln(force)/∂ ln(failure strain)
 
 
@@ -96,7 +96,7 @@ def strain_of(work: Work, size: float) -> SizedStrain:
 
 
 def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float, positions: int) -> SizedStrain:
-    """Search the failure strain; its force is the mean over this number of mesh `positions`."""
+    """Search for the failure strain at which the mean force over `positions` of the mesh has the target value."""
     from stemcal.solvers.embedded import Embedded, meshed_as  # slow to import; a table is shown without it
 
     meshed = meshed_as(there, size)

@@ -34,7 +34,7 @@ logger = logging.getLogger(__name__)
 
 CODE = "stemcal"  # key of the version and hash of the code among the inputs
 _SHORT = 16
-_PROBED = frozenset({"stage", "row", "levels", "condition"})  # entries of a run's identity that describe the request
+_REQUEST = frozenset({"stage", "row", "levels", "condition"})  # keys of `Run.identity` for the run, not the solver
 # Sections of the spec that determine the response of a virtual shear test, and keys in them that do not affect it.
 _TEST = ("specimen", "layers", "blade", "supports", "loading", "contact", "material", "solver")
 _NO_INPUT = frozenset({"solver.threads", "solver.time_limit"})
@@ -83,7 +83,7 @@ def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, 
     return {
         path: leaf
         for name, part in identity.items()
-        if name not in _PROBED
+        if name not in _REQUEST
         for path, leaf in _leaves(f"solver {name}", part).items()
     }
 

@@ -88,7 +88,7 @@ class DesignRuns:
         return tuple(name for name in self.runs[0].coded if name in self.runs[0].levels) if self.runs else ()
 
     def table(self) -> Table:
-        """Return levels and response of every run, as a table that a table solver can read."""
+        """Return levels and response of every run, as a sheet that the solver for manual runs can read."""
         more = [name for name in ("condition", "replicate") if self.runs and getattr(self.runs[0], name) is not None]
         return Table.of(["run", *self.varied, *more, "response"], self.runs)
 

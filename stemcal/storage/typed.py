@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pydantic import TypeAdapter
 
 T = TypeVar("T")
-_INLINE = "<"  # first character of the alias of an inline field
+_INLINE = "<"  # first character of the alias of a field made by `inline()`
 _count = itertools.count()
 
 

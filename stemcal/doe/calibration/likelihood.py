@@ -198,7 +198,7 @@ class Fit:
         """Weights of the draws of V: their evidence, or equal weights if the data contradict all draws."""
         from scipy.special import chdtrc
 
-        # with the evidence of a wrong model as weights, its misfit would be taken for a large scatter
+        # a plain mean: the evidence of a wrong model favours draws with a large scatter, which hide its misfit
         p = float(np.mean(chdtrc(max(self.df, 1), self.tangents.misfits)))
         if self.errors.scatter == "misfit" or p >= LEVEL:
             return self.tangents.evidence

@@ -67,7 +67,7 @@ class Mover:
 
 @dataclass(frozen=True)
 class SearchPath:
-    """The factors that may move, in the order in which they move."""
+    """A path along which one factor after another changes: the factors (`movers`) in the order of their changes."""
 
     movers: tuple[Mover, ...]
 
@@ -93,7 +93,7 @@ class SearchPath:
         return values
 
     def longest(self, place: float, upwards: bool) -> float:
-        """Return the longest step from a place up or down; it depends on which factor moves there."""
+        """Return the longest step up or down from a place: that of the factor that changes on this part of the path."""
         passed, away = 0.0, (place > 0.0) == upwards
         for mover in self.movers:
             passed += mover.reach(place > 0.0)
@@ -104,7 +104,7 @@ class SearchPath:
 
 @dataclass(frozen=True)
 class Tried:
-    """A simulated place and its response, which is NaN if the run failed."""
+    """A simulated place on the path and its response, which is NaN if the run failed."""
 
     place: float
     response: float

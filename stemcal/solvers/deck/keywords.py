@@ -1,4 +1,4 @@
-"""Write keyword cards with fields of ten columns; select the program, the lengths and the pictures of a deck."""
+"""Write keyword cards with fields of ten columns, and choose the form of a deck: its program and optional parts."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -63,7 +63,7 @@ class DeckForm:
 
     program    ``lsdyna``: *MAT_PLASTIC_KINEMATIC with all nine parameters; ``openradioss``: piecewise linear plasticity
                with isotropic hardening and a failure strain, which both programs can run
-    lengths    whether the deck represents the lengths of the study: `internal_length` by nonlocal failure, and
+    lengths    whether the deck represents two lengths of the study: `internal_length` by nonlocal failure, and
                `edge_spread` by a rounded edge
     pictures   whether states are written for animations
     """

@@ -116,7 +116,7 @@ def _around(study: Study, name: str, level: float, k: int) -> CodedScale:
 
 
 def later(study: Study) -> AdaptiveRuns | None:
-    """Return the usual number of runs, one per round, and a note on the largest number; None without a climb."""
+    """Return the usual runs of the stage, one per round, with a note on their largest number; None without a climb."""
     if (options := study.section(ClimbOptions)) is None:
         return None
     when = "simultaneously" if options.at_once else "one after another"

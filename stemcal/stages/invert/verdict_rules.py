@@ -82,7 +82,7 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
 
 
 def _all_out_of_reach(evidence: Evidence, surface: Surfaces, point: Point, joint: JointFitted) -> str | None:
-    """Return a sentence if all errors have the same sign because means are out of reach of the ranges, else None."""
+    """Return a sentence if the errors have one sign because the factor ranges do not reach some means, else None."""
     errors = [row.error_percent for row in (*joint.rows, *joint.further)]
     worst = max(errors, key=abs)
     if any(error * worst < -_SAME_SIDE * worst**2 for error in errors):

@@ -61,16 +61,13 @@ class SecantSteps(MeanSteps):
         return self._point((middle - self.centre) / self.half_range, "middle")
 
     def learn(self, trial: Trial) -> bool:
-        """Update the slopes by the change since the best point, for the probed factor or along the whole step.
-
-        Return False if the probed factor hardly changes the means; the point then cannot be the result.
-        """
+        """Update the slopes from a trial; return False if a factor that it changed alone has no separate effect."""
         probe, base = self.probe, self.best if self.trials else trial
         self.probe, s = None, trial.coded - base.coded
         change = self._level(trial.responses) - self._level(base.responses) - self.slopes @ s
         if probe is not None:
             if not self._is_seen(change):
-                return False
+                return False  # the point cannot be the result
             self.slopes[:, probe] = change / s[probe]
             self.determined.append(probe)
         elif np.linalg.norm(s) >= _LONG_ENOUGH:
@@ -106,7 +103,7 @@ class SecantSteps(MeanSteps):
         return point
 
     def _is_seen(self, change: Array) -> bool:
-        """Check that a `change` of the means exceeds the tolerance, and is no combination of those by other factors."""
+        """Check that the part of a `change` of the means that other factors cannot cause exceeds `least_change`."""
         known = self.slopes[:, self._free()]
         own = change - known @ np.linalg.lstsq(known, change, rcond=None)[0] if known.size else change
         size = 1.0 if self.logarithmic else float(np.mean(np.abs(self.measured))) or 1.0

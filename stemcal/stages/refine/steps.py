@@ -34,7 +34,7 @@ FIRST_RADIUS, SHRINK = 1.0, 0.5  # coded radius of the first step; `SHRINK`: its
 _NEWTON_STEPS = 60
 _PROGRESS = 0.5  # a step makes progress if it reduces the error to less than this share
 _SAME = 1e-9  # coded: a shorter step to a single target is not worth a run
-_SETTLED = 1e-3  # the same in a joint fit
+_SETTLED = 1e-3  # coded: a shorter step of a joint fit is not worth a run
 
 
 @dataclass(frozen=True, eq=False)

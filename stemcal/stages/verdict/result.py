@@ -14,7 +14,7 @@ Word = Literal["calibrated", "with_reservations", "not_calibrated"]
 
 @dataclass(frozen=True)
 class Use:
-    """Conditions at which simulations agree (`good`), the largest error elsewhere (`worst`) and of held-out values."""
+    """Conditions with small errors (`good`), largest error elsewhere (`worst`) and of unfitted values (`held_out`)."""
 
     within_percent: float
     good: tuple[float, ...]

@@ -57,7 +57,7 @@ class LaboratorySection(Frozen):
         raise NotImplementedError
 
     def misfits(self, diameter: float, ratio: float) -> Iterator[tuple[str, str, str]]:
-        """Yield (key, message, remedy) of each mistake in the section, for a stem diameter in mm and a bore `ratio`."""
+        """Yield (key, message, remedy) of each mistake in the section, for a stem diameter in mm; `ratio` = bore/d."""
         yield from ()
 
     @property
@@ -71,7 +71,7 @@ class LaboratorySection(Frozen):
         return responses_in(*self.places, measured=[name for means in self.targets for name in means.means])
 
     def shear_over_bending(self, diameter: float, ratio: float, softness: float) -> float:
-        """Return the deflection by shear over that by bending, for a bore `ratio` and `softness` = E/G."""
+        """Return deflection by shear over deflection by bending, for `ratio` = bore/d and `softness` = E/G."""
         return 0.0
 
     @property

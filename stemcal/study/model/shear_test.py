@@ -259,10 +259,10 @@ class MaterialSection(Frozen):
 
 
 class StemMaterialSection(MaterialSection):
-    """Fixed values of the material parameters that are not factors, or the material of a finished study.
+    """Values of the material parameters that are not factors, or the material of a finished study.
 
-    Each of them except `internal_length` and `transverse` may be a power of the stem diameter, for example
-    `{value: 15 MPa, at: 8 mm, exponent: 0.5}`. Omit `value` if the parameter is a factor.
+    Each value except `internal_length` and `transverse` may be a power of the stem diameter, for example
+    `{value: 15 MPa, at: 8 mm, exponent: 0.5}`. If such a parameter is a factor, omit `value`: its levels apply at `at`.
     """
 
     from_: _Folder | None = Field(default=None, validation_alias="from", serialization_alias="from", exclude=True)

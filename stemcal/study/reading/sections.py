@@ -158,7 +158,7 @@ class Sections:
             self.good["targets"] = Targets(calibrate_at=at, means=())
 
     def read_tests(self, name: str, raw: Any) -> None:
-        """Read the tests; keep the valid ones, without unknown keys, by their index in the list."""
+        """Read the tests; remove unknown keys of each test, and keep the valid tests by their index in the list."""
         self.read(name, raw)
         for index, test in enumerate(raw) if isinstance(raw, list) else ():
             kind = TESTS.named(str(test.get("kind"))) if isinstance(test, dict) else None
