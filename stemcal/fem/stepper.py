@@ -122,7 +122,7 @@ class _Marching:
 
 
 def _shares_of(state: State, count: int) -> list[Share]:
-    """Divide the parts of blocks, the chunks of nodes and the separate force rows among `count` threads."""
+    """Divide the parts of blocks, the chunks of nodes and the separate rows of f (`late`) among `count` threads."""
     body, ends = state.body, state.lanes.ends
     blocks = ends[np.linspace(0, len(ends) - 1, count + 1).astype(int)].tolist()
     chunks = np.linspace(0, len(state.ledger.node_sums), count + 1).astype(int).tolist()

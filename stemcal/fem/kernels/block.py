@@ -72,9 +72,9 @@ class Seen(NamedTuple):
     numbers of a small unit, so the differences within an element are exact at any distance from the origin.
     """
 
-    x: Any  # (N, 3) int32, or double
-    v: Array  # (N, 3) in the elements' precision
-    unit: float  # of the whole numbers, mm; 1 for double precision
+    x: Any  # (N, 3) positions: int32 multiples of `unit`, or double, mm
+    v: Array  # (N, 3) velocities in the elements' precision
+    unit: float  # mm per whole number in `x`; 1 for double precision
 
 
 @inlined

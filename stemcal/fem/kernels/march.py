@@ -60,7 +60,7 @@ class Body(NamedTuple):
     x: Array  # (N, 3), with spare memory behind the last row, as v and f have (see `stemcal.fem.lanes.nodal`)
     v: Array
     seen: Any  # x and v in the form that elements read (`block.Seen`)
-    f: Array  # internal forces in the precision of the elements; behind the nodes the separate rows of `late`
+    f: Array  # internal forces in the precision of the elements; the last rows are separate ones for nodes `late`
     pushes: Any  # contact forces (`nodes.Pushes`)
     loads: Array  # (N, 3) constant nodal forces, or (0, 3) for none
     mass: Array
@@ -69,7 +69,7 @@ class Body(NamedTuple):
     driven: Array  # (N, 3) velocities of held components, or (0, 3) if all of them are fixed
     runs: Ints  # (B, 8, runs of a block) first node of each run of corners
     targets: Ints  # (B, 8, runs of a block) first row of f for each run of corners
-    late: Ints  # node of each separate row of f
+    late: Ints  # nodes of the separate rows of f: forces of a part of the mesh on nodes of earlier parts
     state: Array
     scratch: Array
     element_mass: Array
@@ -125,7 +125,7 @@ class Share(NamedTuple):
     blocks: tuple[int, int]  # first block, and first block of the next thread
     chunks: tuple[int, int]  # the same for chunks of nodes
     scratch: Array
-    late: Ints  # the separate force rows that it adds, in ascending order
+    late: Ints  # indices of the separate rows of f that this thread adds to their nodes, ascending
 
 
 @kernel

@@ -28,7 +28,7 @@ class Pushes(NamedTuple):
     force: Array  # (S, N, 3)
     nodes: Ints  # (S, N) nodes with a force, the first `many` entries
     many: NDArray[np.int64]  # (S,)
-    listed: Mask  # (S, N) nodes in that list
+    listed: Mask  # (S, N) nodes that are listed in `nodes`
 
 
 @entry

@@ -58,8 +58,8 @@ class SpreadEdge(NamedTuple):
     spread: float  # a, mm
     mirrored: bool  # only the half x > 0 of body and bells is computed
     across: Array  # (Q,) positions of the samples across the edge
-    weight: Array  # (Q,) bell across the edge at the samples
-    along: Array  # (L,) y of the lines
+    weight: Array  # (Q,) w of the samples, from the bell across the edge
+    along: Array  # (L,) position y of each line of samples
     lines: Ints  # (R, M) lines of each row, −1 beyond its last
     bell: Array  # (R, M) bell along the edge at these lines
     image: Array  # (R, M) −1 for mirror images, 1 for other lines
@@ -84,7 +84,7 @@ class SpreadEdge(NamedTuple):
     velocity: Array  # (N, 3) scratch: velocities of the nodes after the kick
     met: Ints  # (N,) the first `met_count` entries are the nodes of all rows, each once
     met_count: NDArray[np.int64]  # (1,)
-    is_met: Mask  # (N,) nodes in that list
+    is_met: Mask  # (N,) nodes that are among the entries of `met`
     cut: Any  # the plane on which the edge parts the body (`parting.CutPlane`)
 
 
@@ -243,7 +243,7 @@ def _mean_height(edge: Floats, j: int) -> Floats:
 
 @inlined
 def _add_line(edge: Floats, j: int, line: int, image: float, share: float) -> None:
-    """Add a share of the nodal weights of a line to the nodal weights of row j."""
+    """Add `share` × the nodal weights of a line of samples to row j; `image` is −1 for a mirror image, else 1."""
     for m in range(edge.line_sizes[line]):
         k = _place_of(edge.sizes, edge.nodes, j, edge.line_nodes[line, m])
         if k < 0:
