@@ -6,6 +6,7 @@ import shutil
 from base64 import b64encode
 from dataclasses import replace
 from hashlib import sha256
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -77,6 +78,15 @@ def test_the_first_screen_has_question_verdict_next_step_parameters_and_comparis
     verdict = first[places[1] :].partition("</section>")[0]
     assert verdict.count("<p>") == 0 and verdict.count("<li>") > 1  # a line for each reason
     assert page.count("Measured and simulated maximum force; the circled values were used in the fit.<") == 1
+
+
+def test_the_title_and_the_spec_are_those_of_the_study(page: str) -> None:
+    """Its title, not its name, and every line of its file."""
+    title = re.search(r"<title>([^<]*)</title>", page)
+    assert title is not None and "Wild chrysanthemum, reanalysis of the published tables" in title[1]
+    text = unescape(page)
+    lines = (Path(__file__).parents[2] / "configs" / "paper-replay.yaml").read_text("utf-8").splitlines()
+    assert [line for line in lines if line not in text] == []
 
 
 def test_commands_and_keys_stand_as_code_and_no_mark_is_left(page: str) -> None:
