@@ -39,7 +39,7 @@ import numpy as np
 from scipy.stats.qmc import LatinHypercube
 
 from stemcal.arrays import Array
-from stemcal.doe.calibration import region
+from stemcal.doe.calibration import search_region
 from stemcal.doe.calibration.confidence_intervals import _CLOUD, _held_at, predicted_interval, settled
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
@@ -475,7 +475,7 @@ def of_one_surface(
 
 def condition_rows(studies: int) -> None:
     """Print studies of one surface over factors and diameters; two starts find the optimum that eight find."""
-    region._STARTS = 2
+    search_region._STARTS = 2
     wanted = [word for word in sys.argv[1:] if not word.isdigit() and word not in ROWS]
     print("one surface over factors and diameters    factors              predicted  at limit    surface    rejects")
     for kind, (label, options) in product(OVER_LAWS, SITUATIONS.items()):

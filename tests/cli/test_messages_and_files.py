@@ -724,7 +724,8 @@ def test_a_study_by_hand_waits_for_its_sheet(tmp_path: Path) -> None:
     )
     assert message in done.stderr.splitlines()
     waiting = f"Waiting for results. Fill in {out / 'sheet.csv'}. Then run `stemcal run SPEC`."
-    assert waiting in " ".join(command("status", spec, "--out", out).stdout.split()).replace(" .csv", ".csv")
+    # a path longer than the terminal is wide is broken anywhere
+    assert "".join(waiting.split()) in "".join(command("status", spec, "--out", out).stdout.split())
     words = map(str.split, command("status", spec, "--out", out).stdout.splitlines())
     rows = {name: cells for name, *cells in filter(None, words)}
     assert rows["rsm"][2:4] == ["0", "0"] and rows["validate"] == ["none", "?", "0", "0", "?"]  # depends on the fit

@@ -38,7 +38,7 @@ def test_shifts_and_their_mirror_images_agree() -> None:
 
 @pytest.mark.slow
 def test_no_vibration_of_a_stem_with_fibres() -> None:
-    """Nodes .05 mm beside the edge: with a surface of 20 steps ago they vibrate, with 0.2 % of the internal energy.
+    """Nodes .05 mm beside the edge: with a surface of 20 steps ago they vibrate, with 0.3 % of the internal energy.
 
     That vibration spread through the stem, and lowered the peak force by 5 % at some positions of the mesh.
     """
@@ -53,7 +53,7 @@ def test_no_vibration_of_a_stem_with_fibres() -> None:
                      loading=Loading(duration=0.6))  # fmt: skip
     curve = shear(placed(test, 1 / 12)).history
     later = curve.travel > 0.5
-    assert (curve.kinetic[later] / curve.internal[later]).max() < 3e-4
+    assert (curve.kinetic[later] / curve.internal[later]).max() < 5e-4
 
 
 @pytest.mark.slow

@@ -39,7 +39,7 @@ from stemcal.fem.kernels.timestep import stable_step
 STEP_LIFE = 20
 # The same number for the surface of a soft stem. Forces along a surface that lags behind the nodes do positive work on
 # their vibrations. This surface is therefore computed for the middle of the interval, where the lag is zero on average.
-SOFT_LIFE = 5
+SOFT_LIFE = 4
 # Steps between updates of the rate factors from a smoothed strain rate; the smoothing time is many times longer.
 _RATE_LIFE = 5
 
