@@ -390,6 +390,20 @@ def test_a_blade_thinner_than_elements_is_questioned() -> None:
     assert any("the blade thickness (1.2 mm)" in one for one in study_of(varied).warnings)
 
 
+@pytest.mark.parametrize(
+    ("supports", "coarsening", "questioned"),
+    [("span", 2.0, False), ("span", 2.5, True), ("span", None, False), ("clamped, height: 25 mm", 6.0, False)],
+)
+def test_long_elements_over_the_supports_of_a_whole_cut_are_questioned(
+    supports: str, coarsening: float | None, questioned: bool
+) -> None:
+    text = (CASES / "good" / "whole-cut.yaml").read_text(encoding="utf-8")
+    text = text.replace("{clearance: 8 mm}", f"{{kind: {supports}}}")
+    written = "null" if coarsening is None else f"{coarsening:g}"
+    warned = study_of(text.replace("kind: embedded", f"kind: embedded, coarsening: {written}")).warnings
+    assert any("coarsening" in warning for warning in warned) is questioned
+
+
 def test_a_solid_stem_has_no_wall() -> None:
     """Two elements across a radius: too coarse for the lengths, which is another question."""
     warnings = study_of(SHIPPED.replace("0.41", "0", 1).replace("element_size: d/16", "element_size: d/4")).warnings
