@@ -109,11 +109,7 @@ class Embedded(Solver):
     def settings_that_matter(self, diameter: float) -> dict[str, str]:
         """Return the settings on which the force depends besides the factors: lengths, replicates, failure strain."""
         study, options = self.study, _options(self.study)
-        lengths = {
-            "element_size": options.element_size,
-            "edge_spread": study.blade.edge_spread,
-            "internal_length": study.material.internal_length,
-        }
+        lengths = {"element_size": options.element_size, **{key: length for (_, key), length in study.lengths.items()}}
         settings = {name: _written(length, length.at(diameter), diameter) for name, length in lengths.items()}
         for section, layer in zip(study.layers[:-1], layers_at(study, {}, diameter), strict=False):
             if (name := f"{section.name}_thickness") not in study.names:

@@ -169,8 +169,7 @@ def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Findin
     if study.blade.bevel == "one":
         message = "`until: severed` is not available for a blade with one bevel: its side force bends the cut sideways"
         yield Finding(("blade", "bevel"), message, "write `bevel: both`, or `until: first_fracture` under `loading`")
-    spread, internal = study.blade.edge_spread, study.material.internal_length
-    for path, length in ((("blade", "edge_spread"), spread), (("material", "internal_length"), internal)):
+    for path, length in study.lengths.items():
         if length.at(1.0) == 0.0:
             yield Finding(path, f"`until: severed` requires `{path[1]}`", f"remove `{path[1]}: 0 mm`")
     if "speed" in draft.names and study.loading.chosen_stroke is None:

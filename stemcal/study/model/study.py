@@ -22,7 +22,7 @@ from stemcal.study.model.laboratory_kind import AnyTest, LaboratorySection, nami
 from stemcal.study.model.layers import MOST_LAYERS, NO_RATE, LayerSection, Place, own_values, places
 from stemcal.study.model.measured_targets import Target, Targets
 from stemcal.study.types.factor import FRICTION, MOST_FACTORS, PARAMETERS, SETTINGS, Factor, OwnQuantity
-from stemcal.study.types.field_types import Frozen, StudyName, Title
+from stemcal.study.types.field_types import Frozen, Length, StudyName, Title
 from stemcal.study.types.named import naming_of
 from stemcal.study.types.solver_kind import AnySolver, SolverKind, kind_of, usual_solver
 from stemcal.study.types.stage_kind import STAGES
@@ -197,6 +197,12 @@ class Study(StudyForm):
     def places(self) -> dict[str, Place]:
         """The parameters of the stems with their places in the spec, by their names as factors."""
         return places(self.material, self.layers)
+
+    @property
+    def lengths(self) -> dict[tuple[str, str], Length]:
+        """The lengths that make the force independent of the mesh, by their places in the spec."""
+        spread, internal = self.blade.edge_spread, self.material.internal_length
+        return {("blade", "edge_spread"): spread, ("material", "internal_length"): internal}
 
     def midlevels(self) -> dict[str, float]:
         """Return the mid-level of every factor, in the units of the spec."""

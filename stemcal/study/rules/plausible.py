@@ -135,8 +135,8 @@ def _mesh(study: Study) -> Iterator[Finding]:
     if mesh is None or not study.solver.has_lengths:
         return
     yield from _wall(study, mesh)
-    conditions, spread, internal = _conditions(study), study.blade.edge_spread, study.material.internal_length
-    for path, length in ((("blade", "edge_spread"), spread), (("material", "internal_length"), internal)):
+    conditions = _conditions(study)
+    for path, length in study.lengths.items():
         least = min(conditions, key=length.at)
         if length.at(least) == 0.0:
             message = f"without `{path[1]}`, the force depends on the mesh"
