@@ -22,22 +22,19 @@ if TYPE_CHECKING:
 
 RADIOSS = ".rad"
 
-_DeckFile = Annotated[
-    Path,
-    typer.Argument(
-        metavar="PATH", help="Deck file with extension `.k` (LS-DYNA) or `.rad` (OpenRadioss).", show_default=False
-    ),
-]
-_Program = Annotated[
-    Literal["lsdyna", "openradioss"] | None,
-    typer.Option("--for", help="Solver for which the deck is written.", show_default="from study or file name"),
-]
-
 
 def export_deck(
     spec: Spec,
-    path: _DeckFile,
-    program: _Program = None,
+    path: Annotated[
+        Path,
+        typer.Argument(
+            metavar="PATH", help="Deck file with extension `.k` (LS-DYNA) or `.rad` (OpenRadioss).", show_default=False
+        ),
+    ],
+    program: Annotated[
+        Literal["lsdyna", "openradioss"] | None,
+        typer.Option("--for", help="Solver for which the deck is written.", show_default="from study or file name"),
+    ] = None,
     diameter: Diameter = None,
     settings: Settings = None,
     out: Out = None,
@@ -136,24 +133,20 @@ def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
 
 _COARSEST = 0.5  # largest element size, in units of the diameter
 
-_Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]
-_Card = Annotated[
-    Literal["lsdyna", "openradioss"],
-    typer.Option("--for", help="Solver for which the material card is written.", show_default=False),
-]
-_Size = Annotated[
-    str,
-    typer.Option(
-        "--element-size", metavar="LENGTH", help="Element size of your finite element model.", show_default=False
-    ),
-]
-
 
 def export_material(
     spec: Spec,
-    folder: _Folder,
-    program: _Card,
-    element_size: _Size,
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)],
+    program: Annotated[
+        Literal["lsdyna", "openradioss"],
+        typer.Option("--for", help="Solver for which the material card is written.", show_default=False),
+    ],
+    element_size: Annotated[
+        str,
+        typer.Option(
+            "--element-size", metavar="LENGTH", help="Element size of your finite element model.", show_default=False
+        ),
+    ],
     out: Out = None,
     workers: Workers = None,
     executor: ExecutorName = "local",

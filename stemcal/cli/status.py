@@ -24,16 +24,14 @@ if TYPE_CHECKING:
 
 _MOST_NAMES = 20
 
-_Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their status and results.")]
-_Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
-_Verify = Annotated[bool, typer.Option("--verify", help="Check whether any file has changed (exit code 1 if so).")]
-
 
 def status(
     spec: Spec,
-    runs: _Runs = False,
-    failed: _Failed = False,
-    verify: _Verify = False,
+    runs: Annotated[bool, typer.Option("--runs", help="List all runs with their status and results.")] = False,
+    failed: Annotated[bool, typer.Option("--failed", help="List the failed runs.")] = False,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Check whether any file has changed (exit code 1 if so).")
+    ] = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
