@@ -180,9 +180,9 @@ def _one_run(
     study: Study, levels: Mapping[str, float], at: float, as_json: bool, quiet: bool, csv_file: Path | None
 ) -> None:
     from stemcal.notes import Note
+    from stemcal.runs.answer import Batch
     from stemcal.runs.executors.local import LocalExecutor
     from stemcal.runs.record import Run
-    from stemcal.runs.retries import Batch
     from stemcal.solvers import make_solver
     from stemcal.solvers.protocol import Request
 
