@@ -13,8 +13,8 @@ from fakes import TWO_FACTORS
 from stemcal.drawing.table import MOST_ROWS, Table
 from stemcal.report.glossary import Term, glossary
 from stemcal.report.page import page as pages
+from stemcal.report.page.headline import scope
 from stemcal.report.page.page import _first_pictures, _Part, coded, environment, for_notebook, page_part, policy
-from stemcal.report.page.scope import scope
 from stemcal.stages.invert.result import InvertResult
 from stemcal.study.reading import load_study
 

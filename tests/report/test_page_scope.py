@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from fakes import TWO_FACTORS
 
-from stemcal.report.page.scope import scope
+from stemcal.report.page.headline import scope
 from stemcal.stages.invert.result import InvertResult
 from stemcal.study.reading import load_study
 

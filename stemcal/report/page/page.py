@@ -21,8 +21,7 @@ from stemcal.formats import counted, series, short
 from stemcal.report.gallery import gallery
 from stemcal.report.glossary import glossary
 from stemcal.report.outcome import certainty, failures_of, outcome_sentences, shown_notes, tables_of
-from stemcal.report.page.headline import first_remedy, headline, lead, made_with, quantity_calibrated, question
-from stemcal.report.page.scope import scope
+from stemcal.report.page.headline import first_remedy, headline, lead, made_with, quantity_calibrated, question, scope
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.study_tables import design_tables, setting_tables
 from stemcal.runs.study_folder import StudyFolder
