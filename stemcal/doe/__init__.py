@@ -1,7 +1,7 @@
 """Design of experiments for a scalar response; functions take and return arrays and numbers, without files or output.
 
     designs       designs by name; `factorial` has two-level designs, `coding` converts natural to coded units and back
-    effects       main effects of two-level designs, with tests and aliases; `lenth` is Lenth's method
+    effects       main effects of two-level designs, with tests (F, Lenth's method) and aliases
     regression    `least_squares`; `surface`, the full quadratic model in coded units, with `anova`;
                   `backward_elimination` of terms; `canonical` analysis of the stationary point
     calibration   all factor settings with a given response (`solution_ranges`), or the fit to several means

@@ -8,7 +8,7 @@ from statsmodels.formula.api import ols
 from statsmodels.stats.anova import anova_lm
 
 from stemcal.doe.designs import plackett_burman
-from stemcal.doe.lenth import lenth
+from stemcal.doe.effects import lenth
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.stages.screen.analysis import analyse_screening
 from stemcal.stages.screen.result import Screening

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from stemcal.doe import designs, effects
 from stemcal.doe.coding import Coding
-from stemcal.doe.lenth import FEWEST
 from stemcal.doe.regression.least_squares import LeastSquares, fit_least_squares, require_estimable
 from stemcal.doe.regression.surface import flat_response
 from stemcal.errors import RunsFailed, UsageError
@@ -135,8 +134,8 @@ def _screening_notes(
         yield Note("screening_runs_failed", "warning", text)
     if fit.flat:
         yield flat_response("no factor has an effect")
-    elif len(screening.effects) < FEWEST:
-        why = f"Lenth's method requires at least {FEWEST} effects"
+    elif len(screening.effects) < effects.FEWEST:
+        why = f"Lenth's method requires at least {effects.FEWEST} effects"
         text = f"The significant factors are identified by the F test because {why}."
         yield Note("too_few_effects", "caution", text)
     elif not tested:

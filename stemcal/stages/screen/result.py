@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
-from stemcal.doe.effects import Curvature, Effect, Residual
-from stemcal.doe.lenth import Lenth
+from stemcal.doe.effects import Curvature, Effect, Lenth, Residual
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.drawing.table import Table
 from stemcal.notes import Note

@@ -7,8 +7,8 @@ from statsmodels.regression.linear_model import OLS
 from test_worked_examples import cells_agree
 
 from stemcal.doe.coding import Coding, term_columns, term_names
+from stemcal.doe.effects import lenth
 from stemcal.doe.factorial import full_factorial
-from stemcal.doe.lenth import lenth
 from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.surface import fit_surface
 
