@@ -23,9 +23,9 @@ from contextlib import suppress
 from functools import partial
 from typing import IO, Any, NoReturn, TypeVar, cast
 
-from stemcal.processes.family import APART, GRACE_S, end_family
 from stemcal.processes.limits import RunTimedOut, next_of
 from stemcal.processes.outputs import lossy_stderr
+from stemcal.processes.program import APART, GRACE_S, end_family
 
 LOADING_S = 3600.0  # time limit for imports and compilation before a call
 _LENGTH = struct.Struct("<Q")

@@ -15,9 +15,8 @@ import pytest
 
 import stemcal as package
 from stemcal.processes.child import Child, ChildDied
-from stemcal.processes.family import end_family
 from stemcal.processes.limits import RunTimedOut
-from stemcal.processes.program import ProgramRun, run_program
+from stemcal.processes.program import ProgramRun, end_family, run_program
 
 posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals and sessions")
 TREE = """

@@ -15,7 +15,7 @@ from stemcal.errors import SpecError, SpecProblem
 from stemcal.storage.plain import open_plain, unreadable
 from stemcal.study.model.study import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections
-from stemcal.study.rules import Draft, factors, goal, layers, target_rules
+from stemcal.study.rules import Draft, factors, layers, target_rules
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.types.field_types import Missing, field_or_none, without_fields
 from stemcal.study.types.stage_kind import STAGES
@@ -114,7 +114,7 @@ def _shown(path: NodePath, data: Any) -> str:
 def broken_rules(draft: Draft) -> list[Finding]:
     """Return the mistakes that all rules find in `draft`: general rules, and those of its solver and its stages."""
     solver = field_or_none(draft.study, "solver")
-    broken = [rule(draft) for rule in (*factors.RULES, *layers.RULES, *target_rules.RULES, *goal.RULES)]
+    broken = [rule(draft) for rule in (*factors.RULES, *layers.RULES, *target_rules.RULES)]
     broken += [] if solver is None else [rule(draft, solver) for rule in draft.kind.rules]
     broken += [rule(draft) for stage in STAGES.with_(draft.study.further) for rule in stage.rules()]
     findings: list[Finding] = []
