@@ -13,7 +13,7 @@ from stemcal.fem.mesh import brick
 from stemcal.solvers.deck import Deck, DeckForm, DeckProgram, deck_text
 from stemcal.solvers.deck.equivalents import contact_scale, density_factor, rate_constants, shortest, wanted_step
 from stemcal.solvers.deck.keywords import fitted, form_of, keyword
-from stemcal.solvers.deck.openradioss_output import values_not_read
+from stemcal.solvers.deck.openradioss import values_not_read
 from stemcal.solvers.deck.tools import _blade_section, blade_mesh, supports_mesh
 from stemcal.solvers.deck.writer import engine_text, material_text, starter_around
 from stemcal.solvers.protocol import Request

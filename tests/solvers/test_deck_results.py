@@ -12,11 +12,11 @@ from stemcal.notes import Note
 from stemcal.processes.program import ProgramRun
 from stemcal.solvers.deck import lsdyna, openradioss
 from stemcal.solvers.deck.lsdyna import failed_elements, force_in_rcforc, tail
-from stemcal.solvers.deck.openradioss import installation
-from stemcal.solvers.deck.openradioss_output import (
+from stemcal.solvers.deck.openradioss import (
     deleted_elements,
     engine_ran,
     force_in_histories,
+    installation,
     starter_errors,
     table_made,
     values_not_read,

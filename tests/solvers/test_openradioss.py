@@ -16,7 +16,7 @@ from stemcal.errors import SimulationFailed, UsageError
 from stemcal.measured.curve_modes import modes_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck, DeckProgram
-from stemcal.solvers.deck.openradioss_output import (
+from stemcal.solvers.deck.openradioss import (
     deleted_elements,
     deletes_elements,
     force_in_histories,

@@ -14,7 +14,7 @@ import pytest
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.solvers.deck.lsdyna import failed_elements, tail
 from stemcal.solvers.deck.lsdyna import force_in_rcforc as rcforc_force
-from stemcal.solvers.deck.openradioss_output import (
+from stemcal.solvers.deck.openradioss import (
     deleted_elements,
     force_in_histories,
     starter_errors,
