@@ -19,14 +19,13 @@ from stemcal.errors import StemcalError, UsageError, Waiting
 from stemcal.runs.answer import keep, watch_nothing
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.record import Run, by_key, is_final
-from stemcal.runs.study_folder import StudyFolder, place_of, provenance
+from stemcal.runs.study_folder import StudyFolder, now, place_of, provenance
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import seed_of
 from stemcal.stages.fresh import make
 from stemcal.stages.ledger import ledger, missing, required_runs
 from stemcal.stages.stage import stage_called, stages_of
-from stemcal.storage.log import now
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 

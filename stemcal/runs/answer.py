@@ -18,9 +18,8 @@ from stemcal.processes.limits import RunTimedOut, next_of
 from stemcal.registry import described
 from stemcal.runs.executors import ClusterLost, InlineExecutor, RunExecutor, WorkerDied
 from stemcal.runs.record import ACCIDENTS, TIMEOUT, Computed, Outcome, Run, is_final, outcome_of
-from stemcal.runs.study_folder import StudyFolder, provenance
+from stemcal.runs.study_folder import StudyFolder, now, provenance
 from stemcal.solvers.protocol import Answer, Request, Solver
-from stemcal.storage.log import now
 from stemcal.vocabulary import CUTTING, Vocabulary
 
 logger = logging.getLogger(__name__)

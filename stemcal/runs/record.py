@@ -13,11 +13,10 @@ from stemcal.formats import series
 from stemcal.notes import Note, Remedy
 from stemcal.registry import code_of
 from stemcal.responses import CUT, ForceTravel, responses_in
-from stemcal.runs.study_folder import provenance
+from stemcal.runs.study_folder import now, provenance
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import Replicates
 from stemcal.storage.canonical import key_of
-from stemcal.storage.log import now
 from stemcal.storage.typed import absent
 from stemcal.study.types.field_types import MOST
 from stemcal.vocabulary import CUTTING, FIRST, Vocabulary

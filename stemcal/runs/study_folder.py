@@ -5,6 +5,7 @@ power cut. Each record contains the SHA-256 of its content. A record that does n
 record, is moved to ``runs/damaged`` and counts as missing. The result files of the stages contain a hash, too.
 """
 
+import json
 import logging
 import os
 import platform
@@ -22,9 +23,8 @@ from filelock import FileLock, Timeout
 
 from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.storage.atomic import make_folder, refuse_link, remove_leftovers, write_atomic
-from stemcal.storage.canonical import key_of
+from stemcal.storage.canonical import jsonable, key_of
 from stemcal.storage.encodings import in_a_line
-from stemcal.storage.log import append, now
 from stemcal.storage.plain import MIB, read_plain
 from stemcal.storage.sealed import Broken, read_sealed, sealed
 
@@ -243,8 +243,15 @@ class StudyFolder:
             return None
 
     def log(self, event: str, **facts: Any) -> None:
-        """Append a line to ``log.jsonl``; a failure to write is ignored."""
-        append(self.path / "log.jsonl", event, facts)
+        """Append an event with its facts and the time to ``log.jsonl`` as a line of JSON; only warn if this fails."""
+        line = json.dumps({"time": now(), "event": event, **jsonable(facts)}, ensure_ascii=False, allow_nan=False)
+        path = self.path / "log.jsonl"
+        try:
+            refuse_link(path)
+            with path.open("ab") as file:
+                file.write(f"{line}\n".encode("utf-8", "backslashreplace"))
+        except (OSError, StemcalError) as error:
+            logger.warning("log.jsonl: %s", error)
 
 
 def _problem_of(record: Mapping[str, Any], key: str) -> str:
@@ -296,3 +303,8 @@ def provenance() -> dict[str, str]:
         "host": socket.gethostname(),
         "platform": platform.platform(),
     }
+
+
+def now() -> str:
+    """Return the present time, UTC, in ISO 8601."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
