@@ -61,14 +61,11 @@ def direction(error_percent: float | None, unit: str = "", digits: int = 2) -> s
 
 
 def interval(
-    bounds: list[float] | tuple[float, float] | None,
-    digits: int = 4,
-    missing: str = MISSING,
-    bounded: tuple[bool, bool] = (True, True),
+    bounds: list[float] | tuple[float, float] | None, digits: int = 4, bounded: tuple[bool, bool] = (True, True)
 ) -> str:
     """Format an interval: ``≤ 10.00 to 18.96``; ≤ or ≥ marks an end that is not `bounded`, only a limit of a range."""
     if not bounds:
-        return missing
+        return MISSING
     low, high = (significant(end, digits) for end in bounds)
     return f"{'' if bounded[0] else '≤ '}{low} to {'' if bounded[1] else '≥ '}{high}"
 
@@ -89,10 +86,10 @@ def change(factor: str, size: float, unit: str) -> str:
     return with_unit(f"{factor} {'in' if size > 0 else 'de'}creases by {minus(f'{abs(size):.3g}')}", unit)
 
 
-def decimals(values: Iterable[float | None], usual: int, digits: int = 3) -> int:
-    """Return the number of decimals with which the largest value has `digits` digits; at least `usual`, at most 9."""
+def decimals(values: Iterable[float | None], usual: int) -> int:
+    """Return the number of decimals with which the largest value has three digits; at least `usual`, at most 9."""
     largest = max((abs(value) for value in values if value is not None and math.isfinite(value)), default=0.0)
-    return usual if largest == 0.0 else min(max(usual, digits - 1 - math.floor(math.log10(largest))), 9)
+    return usual if largest == 0.0 else min(max(usual, 2 - math.floor(math.log10(largest))), 9)
 
 
 def duration(seconds: float | None) -> str:

@@ -174,7 +174,7 @@ def _package_hash(module: str) -> str:
     return hash_of(place.parent if hasattr(whole, "__path__") else place) if place.is_file() else ""
 
 
-def hash_of(place: Path, length: int = 12) -> str:
+def hash_of(place: Path) -> str:
     """Return a hash of a Python file, or of all Python files in a folder; the same on every operating system."""
     import hashlib
 
@@ -183,7 +183,7 @@ def hash_of(place: Path, length: int = 12) -> str:
     for path in sorted(files, key=lambda path: path.relative_to(root).as_posix()):
         digest.update(path.relative_to(root).as_posix().encode())
         digest.update(path.read_bytes().replace(b"\r\n", b"\n"))
-    return digest.hexdigest()[:length]
+    return digest.hexdigest()[:12]
 
 
 # ---- running code of users and of other packages, which may print, exit, or raise any exception

@@ -156,17 +156,17 @@ class Program(Solver, ABC, Generic[O]):
     def _run(self, folder: Path, request: Request) -> Answer: ...
 
 
-def executable(program: str, folder: Path, key: str = "command") -> str:
+def executable(program: str, folder: Path) -> str:
     """Return the full path of a program: on PATH or, if its name contains a slash, relative to `folder`.
 
-    Raises `UsageError` for the key `solver.<key>` of the spec if there is no such program.
+    Raises `UsageError` for the key `solver.command` if there is no such program.
     """
     by_path = "/" in program or "\\" in program
     path = shutil.which(str(folder / program) if by_path else program)
     if path is None:
         where = f"in {folder}" if by_path else "on PATH"
         missing = f"the program {program!r} was not found {where}"
-        raise UsageError(f"solver.{key}: {missing}; install the program or correct its name")
+        raise UsageError(f"solver.command: {missing}; install the program or correct its name")
     return str(Path(path).absolute())
 
 

@@ -74,9 +74,9 @@ def keyed(part: StageRuns, study: Study, solver: Solver) -> list[tuple[str, Requ
     return runs
 
 
-def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Rows[LedgerRow]:
+def ledger(study: Study, folder: StudyFolder) -> Rows[LedgerRow]:
     """Return the runs of all stages, as far as they are known now, in order."""
-    solver = solver or make_solver(study)
+    solver = make_solver(study)
     return Rows(entries_of(required_runs(study, solver, folder), study, folder, solver))
 
 

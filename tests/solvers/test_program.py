@@ -172,9 +172,9 @@ def test_a_program_is_on_the_path_or_next_to_the_spec(tmp_path: Path) -> None:
     assert executable("./own", tmp_path) == str(tmp_path / "own")
     assert Path(executable("sh", tmp_path)).is_absolute()
     with pytest.raises(UsageError) as caught:
-        executable("own", tmp_path, "home")
+        executable("own", tmp_path)
     message = "the program 'own' was not found on PATH; install the program or correct its name"
-    assert str(caught.value) == f"solver.home: {message}"
+    assert str(caught.value) == f"solver.command: {message}"
     with pytest.raises(UsageError, match=f"^solver.command: the program './none' was not found in {tmp_path};"):
         executable("./none", tmp_path)
     with pytest.raises(UsageError, match="was not found in"):

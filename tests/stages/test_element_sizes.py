@@ -115,7 +115,7 @@ def test_runs_are_recorded_and_are_of_no_stage(tmp_path: Path, monkeypatch: pyte
     first = strain_of(work, 1.0)
     records = len(work.folder.keys())
     assert strain_of(work, 1.0) == first and len(work.folder.keys()) == records
-    assert "material" not in {entry.stage for entry in ledger(work.study, work.folder, work.solver)}
+    assert "material" not in {entry.stage for entry in ledger(work.study, work.folder)}
     assert lines[0] == "Failure strain for this element size: 0/5 runs"
 
 
