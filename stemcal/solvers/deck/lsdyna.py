@@ -9,9 +9,8 @@ import numpy as np
 
 from stemcal.errors import SimulationFailed
 from stemcal.processes.program import ProgramRun
-from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.peak import ContactForce
-from stemcal.solvers.deck.writer import DECK
+from stemcal.solvers.deck.writer import BLADE_CONTACT, DECK
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.program import code_is_zero, run_command
 from stemcal.solvers.protocol import Answer

@@ -15,7 +15,6 @@ from stemcal.cutting.checks import nothing_deleted
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.processes.program import ProgramRun, run_program
 from stemcal.solvers.deck import writer
-from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.peak import ContactForce
 from stemcal.solvers.options import DeckSolver
@@ -229,7 +228,7 @@ def force_in_histories(text: str) -> ContactForce:
     names = [" ".join(name.split()) for name in header]
     # index and contact of each column with a force along z
     columns = [(i, int(match[1])) for i, name in enumerate(names) if (match := _COLUMN.fullmatch(name)) is not None]
-    of_blade = [index for index, contact in columns if contact == BLADE_CONTACT]
+    of_blade = [index for index, contact in columns if contact == writer.BLADE_CONTACT]
     if not columns:
         raise SimulationFailed(
             "impulse",
@@ -238,7 +237,7 @@ def force_in_histories(text: str) -> ContactForce:
         )
     if len(of_blade) != 2:
         there = sorted({contact for _, contact in columns})
-        message = f"the time histories contain no force for contact {BLADE_CONTACT} (contacts found: {there})"
+        message = f"the time histories contain no force for contact {writer.BLADE_CONTACT} (contacts found: {there})"
         raise SimulationFailed("no_result", message)
     try:
         values = np.array([[required_number(row[index]) for index in (0, *of_blade)] for row in rows if row])

@@ -9,10 +9,10 @@ from itertools import chain
 from textwrap import wrap
 
 from stemcal.fem.material import Material
-from stemcal.solvers.deck.contact_card import contact_cards
-from stemcal.solvers.deck.equivalents import wanted_step
+from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
 from stemcal.solvers.deck.keywords import Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.model import BLADE, HOURGLASS, STEM, SUPPORTS, Deck
+from stemcal.study.model.shear_test import DAMPING
 
 # Files of a run, all of which are named after the deck.
 DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
@@ -28,6 +28,8 @@ _STEEL_DENSITY = 7.8e-09  # density of blade and supports (Table 2 of the publis
 _HEAVY, _NEVER = 100.0, 1e6
 _NO_PLANE_MOTION, _NO_TRANSLATION, _NO_ROTATION = 4, 7, 7
 _ALONG_Z, _VELOCITY, _CURVE = 3, 0, 1
+BLADE_CONTACT, SUPPORTS_CONTACT = 1, 2
+_BY_PART_SET, _BY_PART = 2, 3
 
 
 def deck_text(deck: Deck) -> str:
@@ -51,7 +53,7 @@ def _deck_lines(deck: Deck) -> Iterator[str]:
     yield from _held_tools(deck) if held else _tool_materials(deck.law)
     yield from _part_cards(deck, STEM if held else BLADE)
     yield from _motion(deck, "SET" if held else "RIGID")
-    yield from contact_cards(deck)
+    yield from _contact_cards(deck)
     yield from _mesh(deck)
     yield "*END"
 
@@ -140,6 +142,34 @@ def _motion(deck: Deck, of: str) -> Iterator[str]:
     loading = deck.study.loading
     for time in (0.0, 2.0 * loading.duration_at(deck.diameter)):
         yield f"{time!r:>20}{loading.speed!r:>20}"
+
+
+def _contact_cards(deck: Deck) -> Iterator[str]:
+    """Yield the lines of the two contacts: blade and stem, then supports and stem."""
+    study, c = deck.study, deck.study.contact
+    friction = {"fs": c.static_friction, "fd": c.dynamic_friction, "dc": c.decay, "vc": 0.0}
+    friction |= {"vdc": float(f"{100 * DAMPING:.12g}"), "penchk": 0, "bt": 0.0, "dt": 1e20}
+    erosion = {"isym": 0, "erosop": 1, "iadj": 1}
+    near, radius = 0.5 * study.supports.clearance + study.supports.fillet_radius, 0.5 * deck.diameter
+    blade = friction, _scales(deck, c.penalty * deck.edge_share, (0.0, 0.0, radius)), erosion
+    supports = friction, _scales(deck, c.penalty, (near, 0.0, -radius))
+    if layered := len(deck.layers) > 1:
+        parts = {f"pid{i}": part for i, part in enumerate(sorted(deck.layers), 1)}
+        yield from keyword("SET_PART_LIST", {"sid": STEM}, parts)
+    kinds = {"sstyp": _BY_PART_SET if layered else _BY_PART, "mstyp": _BY_PART}
+    kinds |= {"sboxid": 0, "mboxid": 0, "spr": 1, "mpr": 1}
+    for number, name, tool, title, cards in (
+        (BLADE_CONTACT, "ERODING", BLADE, "blade and stem", blade),
+        (SUPPORTS_CONTACT, "AUTOMATIC", SUPPORTS, "supports and stem", supports),
+    ):
+        heading, sides = f"{number:10d}{title}", {"ssid": STEM, "msid": tool, **kinds}
+        yield from keyword(f"CONTACT_{name}_SURFACE_TO_SURFACE_ID", sides, *cards, title=heading)
+
+
+def _scales(deck: Deck, share: float, place: tuple[float, float, float]) -> dict[str, float]:
+    factor = float(f"{contact_scale(deck.solver, deck.parts.stem, deck.law, share, place):.4g}")
+    unused = {"sst": 0.0, "mst": 0.0, "sfst": 1.0, "sfmt": 1.0, "fsf": 1.0, "vsf": 1.0}
+    return {"sfs": factor, "sfm": factor, **unused}
 
 
 def _mesh(deck: Deck) -> Iterator[str]:
