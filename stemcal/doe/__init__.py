@@ -2,8 +2,8 @@
 
     designs       designs by name; `factorial` has two-level designs, `coding` converts natural to coded units and back
     effects       main effects of two-level designs, with tests (F, Lenth's method) and aliases
-    regression    `least_squares`; `surface`, the full quadratic model in coded units, with `anova`;
-                  `backward_elimination` of terms; `canonical` analysis of the stationary point
+    regression    `least_squares`; `surface`, the quadratic model in coded units, full or reduced by backward
+                  elimination, with `anova`; `canonical` analysis of the stationary point
     calibration   all factor settings with a given response (`solution_ranges`), or the fit to several means
                   (`likelihood`) and its `confidence_intervals`; `region` has the bounds, `search_path` chooses the next
                   simulation

@@ -11,10 +11,9 @@ import numpy as np
 from stemcal.doe import designs
 from stemcal.doe.coding import Coding
 from stemcal.doe.regression.anova import FitStatistics
-from stemcal.doe.regression.backward_elimination import ReductionStep, reduce_surface
 from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.section import relative_percent
-from stemcal.doe.regression.surface import Surface, fit_surface
+from stemcal.doe.regression.surface import ReductionStep, Surface, fit_surface, reduce_surface
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.formats import counted, series
 from stemcal.notes import Note, Remedy

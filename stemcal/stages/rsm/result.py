@@ -11,8 +11,8 @@ from stemcal.arrays import Array
 from stemcal.doe.calibration.solution_ranges import Assessment, assess_point
 from stemcal.doe.coding import term_columns, term_names
 from stemcal.doe.regression.anova import AnovaRow, Coefficient, FitStatistics
-from stemcal.doe.regression.backward_elimination import ReductionStep
 from stemcal.doe.regression.canonical import CanonicalForm
+from stemcal.doe.regression.surface import ReductionStep
 from stemcal.drawing.table import Table
 from stemcal.notes import Note
 from stemcal.runs.record import Outcome

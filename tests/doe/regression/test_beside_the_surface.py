@@ -3,9 +3,8 @@ import pytest
 
 from stemcal.doe.coding import Coding, term_columns, term_names
 from stemcal.doe.designs import SurfaceOptions, central_composite, surface_runs
-from stemcal.doe.regression.backward_elimination import reduce_surface
 from stemcal.doe.regression.canonical import canonical_analysis
-from stemcal.doe.regression.surface import fit_surface
+from stemcal.doe.regression.surface import fit_surface, reduce_surface
 from stemcal.errors import UsageError
 
 ABC = ["a", "b", "c"]

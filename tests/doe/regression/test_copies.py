@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from stemcal.doe.designs import central_composite
-from stemcal.doe.regression.backward_elimination import reduce_surface
 from stemcal.doe.regression.least_squares import copies_of, t_quantile
-from stemcal.doe.regression.surface import fit_surface
+from stemcal.doe.regression.surface import fit_surface, reduce_surface
 
 POINTS = np.array([[0.0], [1.0], [0.0], [1.0], [-1.0]])
 
