@@ -16,7 +16,7 @@ from stemcal.fem.model import Model
 from stemcal.fem.parting import doubled
 from stemcal.fem.tools import Tool
 
-# On each side, this share of the elements, those nearest to the edge, are as long as the elements under the edge.
+# On each side, at least this share of the elements, those nearest to the edge, are as long as those under the edge.
 _EVEN_SHARE = 0.3
 # Minimum number of elements through a layer: a single one with a central integration point has no bending stiffness.
 # With 1, 3 and 5 elements through a skin of d/16, the cutting force was 89.8, 124.9 and 127.0 N.
@@ -120,11 +120,18 @@ def around_half(radius: float, how: Discretisation) -> int:
 
 def _pairs_along(length: float, how: Discretisation) -> int:
     odd = 1 if how.edge_over == "elements" else 0
-    return max(1, ceil((length / (_mean_length(how) * how.element_size) - odd) / 2 - 1e-9))
+    return max(1, ceil((length / (_mean_length(length, how) * how.element_size) - odd) / 2 - 1e-9))
 
 
-def _mean_length(how: Discretisation) -> float:
-    return 1.0 + (1.0 - _EVEN_SHARE) * 0.5 * (how.coarsening - 1.0)
+def _mean_length(length: float, how: Discretisation) -> float:
+    return 1.0 + (1.0 - _even_share(length, how)) * 0.5 * (how.coarsening - 1.0)
+
+
+def _even_share(length: float, how: Discretisation) -> float:
+    """Return the share of the elements, those nearest to the edge, that are as long as the elements under the edge."""
+    even = min(how.even, 0.5 * length)
+    longer = (0.5 * length - even) / (0.5 * (1.0 + how.coarsening))
+    return max(_EVEN_SHARE, even / (even + longer))
 
 
 def _layers(length: float, how: Discretisation) -> Array:
@@ -145,7 +152,8 @@ def _outwards(length: float, how: Discretisation) -> Array:
     """
     odd = 1 if how.edge_over == "elements" else 0
     outwards = np.linspace(0.0, 1.0, _pairs_along(length, how) + odd)
-    sizes = np.interp(outwards, (_EVEN_SHARE, 1.0), (1.0, how.coarsening))
+    even = _even_share(length, how)
+    sizes = np.where(outwards > even, np.interp(outwards, (even, 1.0), (1.0, how.coarsening)), 1.0)
     sizes[0] *= 1.0 - 0.5 * odd
     return np.asarray(0.5 * length * np.cumsum(sizes) / np.sum(sizes))
 
@@ -178,7 +186,7 @@ def _layers_of(test: ShearTest) -> Array:
     """Return x of the layers of nodes, mm, with a layer where the stem rests on a block; a clamp is at the first."""
     how, supports, height = test.discretisation, test.supports, test.supports.height
     if supports.kind == "span":
-        return _supported(_layers(test.stem.length, how), 0.5 * supports.clearance + supports.fillet_radius)
+        return _supported(_layers(test.stem.length, how), supports.rests_at)
     right, left = _outwards(2.0 * (test.stem.length - height), how), _outwards(2.0 * height, how)
     layers: Array = np.concatenate([-left[::-1], [0.0], right]) + how.shift * right[0]
     if supports.kind == "clamped":
@@ -246,7 +254,7 @@ def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
     up, across = square_of_solid(around_half(0.5 * stem.outer_diameter, how)) if solid else (0, 0)
     elements = along * (around * through + up * across) * (2.0 if how.symmetry == "none" else 1.0)
     # elements under the edge are shorter and narrower than the mean by this factor; the innermost are narrower still
-    share = _mean_length(how) * 0.5 * (1.0 + how.coarsening_around)
+    share = _mean_length(stem.length, how) * 0.5 * (1.0 + how.coarsening_around)
     mean = SHARES[how.symmetry] * stem.length * 0.25 * pi * (stem.outer_diameter * stem.outer_diameter) / elements
     volume = _NARROWER * mean * (1.0 - stem.diameter_ratio * stem.diameter_ratio) / share
     thin = (t / n for t, n in zip(reversed(stem.layers), through_layers(stem, how)[1:], strict=True))

@@ -80,6 +80,11 @@ class Supports:
     kind: SupportKind = "span"
     height: float = 60.0
 
+    @property
+    def rests_at(self) -> float:
+        """Distance from the blade at which a stem rests on the two blocks, mm."""
+        return 0.5 * self.clearance + self.fillet_radius
+
 
 @dataclass(frozen=True)
 class Loading:
@@ -109,6 +114,7 @@ class Discretisation:
     turn, shift: Fractions of an element by which the mesh is rotated about the axis (full model) and shifted along it
         (full and half model).
     coarsening: Length along the stem of the outermost elements, relative to the elements under the blade.
+    even: Minimum distance from the blade up to which the elements are as long as those under it, mm.
     coarsening_around: Width around the stem of the elements at its bottom, relative to the elements under the edge.
     hourglass, integration: Settings of the solver, see `fem.model.Model`.
     filter_window: Width of the moving mean of the force, s.
@@ -125,6 +131,7 @@ class Discretisation:
     turn: float = 0.0
     shift: float = 0.0
     coarsening: float = 1.0
+    even: float = 0.0
     coarsening_around: float = 1.0
     hourglass: float = 0.01
     integration: Integration = field(default_factory=lambda: Integration(mass_scaling=1.0e4, outputs=500))

@@ -1,6 +1,6 @@
 """The keys of the `solver` section in a spec for each kind of solver."""
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, StringConstraints
 
@@ -10,9 +10,6 @@ from stemcal.study.types.field_types import Flag, Length, Number, Quantity, Spec
 from stemcal.study.types.solver_kind import ElementCounts, SolverOptions
 from stemcal.version import __version__
 from stemcal.vocabulary import FIRST
-
-if TYPE_CHECKING:
-    from stemcal.study.model.study import Study
 
 # The stem counts as fractured once elements have failed and the force has dropped by this share of its maximum.
 BREAK_DROP = 0.5
@@ -66,9 +63,9 @@ class EmbeddedSolver(SolverOptions):
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
     """Number of points in the force history."""
     filter_window: _FilterWindow = 0.010
-    coarsening: Annotated[Number, Field(ge=1, le=10)] | None = None
-    """Ratio of the element length at the ends of the stem to the element length under the edge. The default is 6, and
-    2 for whole cuts between two supports, because a stem that folds slides over the supports on its nodes."""
+    coarsening: Annotated[Number, Field(ge=1, le=10)] = 6.0
+    """Ratio of the element length at the ends of the stem to the element length under the edge. In whole cuts between
+    two supports, the elements from the edge to beyond the supports are equally long."""
     coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
     """Ratio of the element width at the bottom of the cross-section to the element width under the edge."""
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
@@ -102,11 +99,6 @@ class EmbeddedSolver(SolverOptions):
 
     def without_curve(self) -> tuple[str, str] | None:
         return None
-
-    def coarsening_in(self, study: "Study") -> float:
-        """Return `coarsening` or its default in a study."""
-        slides = study.loading.until == "severed" and study.supports.kind == "span"
-        return self.coarsening or (2.0 if slides else 6.0)
 
     def at_speed(self, speed: float) -> Self:
         """Return the options for a blade speed (mm/s): unchanged up to 100 mm/min, scaled above it.

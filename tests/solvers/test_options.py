@@ -24,7 +24,7 @@ NUMBERS: list[tuple[type[SolverOptions], dict[str, Any], str, Any, Any, Any, Any
     (EmbeddedSolver, {}, "time_step_safety", 0.9, 0.0009, 0.001, 1.0, 1.001),
     (EmbeddedSolver, {}, "outputs", 500, 9, 10, 100_000, 100_001),
     (EmbeddedSolver, {}, "filter_window", 0.010, -0.001, 0.0, 10.0, None),
-    (EmbeddedSolver, {}, "coarsening", None, 0.99, 1.0, 10.0, 10.1),
+    (EmbeddedSolver, {}, "coarsening", 6.0, 0.99, 1.0, 10.0, 10.1),
     (EmbeddedSolver, {}, "coarsening_around", 2.0, 0.99, 1.0, 10.0, 10.1),
     (EmbeddedSolver, {}, "replicates", None, 1, 2, 100, 101),
     (EmbeddedSolver, {}, "threads", 1, 0, 1, 256, 257),

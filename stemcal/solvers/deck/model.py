@@ -225,12 +225,11 @@ class Deck:
             )
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + GAP, how.element_size
-        rests_at = 0.5 * supports.clearance + supports.fillet_radius
         length, stroke = _BLADE_OVER_STEM * diameter, study.loading.stroke_at(diameter)
         edge = blade_mesh(blade, length, lowest, size, stroke, POINTS_PER_FACE if self.is_sharp else None)
         if not self.is_sharp:
             edge = edge.moved(edge.nodes + np.array([_NOSE_BESIDE * size, 0.0, 0.0]))
-        return _Parts(stem_mesh(stem, how, rests_at), edge, supports_mesh(supports, stem, size))
+        return _Parts(stem_mesh(stem, how, supports.rests_at), edge, supports_mesh(supports, stem, size))
 
     @cached_property
     def notes(self) -> list[str]:
@@ -331,6 +330,6 @@ def _discretisation(solver: EmbeddedSolver | DeckSolver, study: Study, diameter:
         solver.elements_through_wall,
         symmetry="none",
         edge_over=solver.edge_over,
-        coarsening=solver.coarsening_in(study),
+        coarsening=solver.coarsening,
         coarsening_around=solver.coarsening_around,
     )

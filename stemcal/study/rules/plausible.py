@@ -47,6 +47,8 @@ _RESOLVED = 0.6
 # Largest element size relative to the blade thickness. At 0.75 the error of the force is below 1 %; at 0.94 the force
 # is 5 % too low, at 1.25 it is 11 % too low.
 _OF_BLADE = 0.75
+# In a whole cut, ends that reach at least this share of the diameter beyond the supports do not break or slide off.
+_BEYOND = 0.6
 _MOST_SHEAR = 0.05  # largest share of shear in a deflection
 _LEAST_SCATTER = 3e-4  # smallest plausible ratio of standard deviation to mean
 _SCATTER = 0.15  # a force that is less than this share below the expected force may be scatter
@@ -59,8 +61,8 @@ FALL = "the simulated values decrease by up to 10 % if the element size is reduc
 
 def doubts(study: Study) -> list[Finding]:
     """Return a finding for each value that is probably, but not certainly, a mistake."""
-    virtual, measured = (_sizes, _speeds, _rates, _tests, _spans, _mesh), (_targets, _scatters, _outliers, _falls)
-    questions = (*virtual, *measured, _materials, _factors, _agreement)
+    virtual = (_sizes, _speeds, _rates, _tests, _spans, _ends, _mesh)
+    questions = (*virtual, _targets, _scatters, _outliers, _falls, _materials, _factors, _agreement)
     findings = [finding for question in questions for finding in question(study)]
     return [*findings, *(finding for stage in STAGES.with_(study.further) for finding in stage.doubts(study))]
 
@@ -129,6 +131,17 @@ def _spans(study: Study) -> Iterator[Finding]:
             yield Finding(("tests", index, "span"), message, remedy)
 
 
+def _ends(study: Study) -> Iterator[Finding]:
+    """Question a specimen whose ends are too near to the supports in a whole cut."""
+    supports, thickest = study.supports, max(_conditions(study))
+    if study.loading.until != "severed" or supports.kind != "span":
+        return
+    least = max(extremes_of(study, study.factors, "clearance")) + 2.0 * (supports.fillet_radius + _BEYOND * thickest)
+    if study.specimen.length < least * (1.0 - 1e-9):
+        message = f"the ends of a {thickest:g} mm stem can break or slide off the supports, which lowers its force"
+        yield Finding(("specimen", "length"), message, f"use at least {math.ceil(least)} mm")
+
+
 def _mesh(study: Study) -> Iterator[Finding]:
     """Question elements that are too large for the edge spread, the internal length or the blade, and lengths of 0."""
     mesh = study.solver.mesh
@@ -154,10 +167,6 @@ def _mesh(study: Study) -> Iterator[Finding]:
         message = f"the element size of {size:.3g} mm exceeds {_OF_BLADE:g} times the blade thickness ({blade:g} mm)"
         remedy = f"use at most {_OF_BLADE * blade:.2g} mm; otherwise, the force of a whole cut is too low"
         yield Finding(("solver", "element_size"), message, remedy)
-    ratio = getattr(study.solver, "coarsening", None) or 0.0
-    if study.loading.until == "severed" and study.supports.kind == "span" and ratio > 2.0:
-        message = f"with a coarsening of {ratio:g}, the force of a stem that folds is up to 15 % too low"
-        yield Finding(("solver", "coarsening"), message, "remove `coarsening`; whole cuts then have 2")
 
 
 def _wall(study: Study, mesh: ElementCounts) -> Iterator[Finding]:

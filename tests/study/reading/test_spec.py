@@ -223,6 +223,9 @@ def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
         ({"kind: embedded": "kind: embedded\n  elements_through_wall: 2"}, "write `elements_through_wall: 4`"),
         ({"speed: 100 mm/min": "speed: 1 m/s", "duration: 0.5 s": "duration: 1.2 ms"}, "rate_law: cowper_symonds"),
         ({"speed: 100 mm/min": "speed: 20 mm/s", "duration: 0.5 s": "duration: 50 ms"}, ""),
+        ({"length: 50 mm": "length: 35 mm", "duration: 0.5 s": "until: severed"}, "use at least 36 mm"),
+        ({"length: 50 mm": "length: 36 mm", "duration: 0.5 s": "until: severed"}, ""),
+        ({"length: 50 mm": "length: 35 mm"}, ""),
     ],
 )  # fmt: skip
 def test_walls_that_the_force_would_feel_are_doubted(changes: dict[str, str], warning: str) -> None:
@@ -388,20 +391,6 @@ def test_a_blade_thinner_than_elements_is_questioned() -> None:
         assert any("the blade thickness" in one for one in warned) is questioned
     varied = text.replace("factors:\n", "factors:\n  - {name: thickness, unit: mm, low: 1.2, high: 4}\n", 1)
     assert any("the blade thickness (1.2 mm)" in one for one in study_of(varied).warnings)
-
-
-@pytest.mark.parametrize(
-    ("supports", "coarsening", "questioned"),
-    [("span", 2.0, False), ("span", 2.5, True), ("span", None, False), ("clamped, height: 25 mm", 6.0, False)],
-)
-def test_long_elements_over_the_supports_of_a_whole_cut_are_questioned(
-    supports: str, coarsening: float | None, questioned: bool
-) -> None:
-    text = (CASES / "good" / "whole-cut.yaml").read_text(encoding="utf-8")
-    text = text.replace("{clearance: 8 mm}", f"{{kind: {supports}}}")
-    written = "null" if coarsening is None else f"{coarsening:g}"
-    warned = study_of(text.replace("kind: embedded", f"kind: embedded, coarsening: {written}")).warnings
-    assert any("coarsening" in warning for warning in warned) is questioned
 
 
 def test_a_solid_stem_has_no_wall() -> None:
