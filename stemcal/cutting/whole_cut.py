@@ -26,11 +26,16 @@ def of_whole_cut(result: CuttingResult, test: ShearTest, severing: Severing) -> 
     curve, loading, severed = result.history, test.loading, severing.cut_through
     first = int(np.argmax(curve.failed > 0))
     before = moving_mean(curve.force, filter_rows(loading, test.discretisation))[: first + 1]
-    failed = curve.failed[-1] > 0
+    failed, highest = curve.failed[-1] > 0, int(np.argmax(before))
+    if (
+        failed and before[highest] > result.peak_force
+    ):  # until nodes separate, the force does not vary within an element
+        time, travel = float(curve.time[highest]), float(curve.travel[highest])
+        result = replace(result, peak_force=float(before[highest]), peak_time=time, peak_travel=travel)
     kept = tuple(note for note in result.warnings if note.kind != checks.STROKE_TOO_SHORT)
     return replace(
         result,
-        first_fracture_force=float(before.max()) if failed else None,
+        first_fracture_force=float(before[highest]) if failed else None,
         first_fracture_travel=float(curve.travel[first]) if failed else None,
         severed=severed,
         severed_travel=float(curve.travel[-1]) if severed else None,

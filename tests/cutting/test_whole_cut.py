@@ -73,6 +73,17 @@ def test_force_is_the_largest_mean_over_a_twentieth_of_the_diameter() -> None:
     assert result_of().peak_force == pytest.approx(max(means), rel=1e-9)
 
 
+def test_a_maximum_at_the_first_fracture_is_not_averaged() -> None:
+    """With long internal length and edge spread, nothing later exceeds that force, of which the mean is only 0.8."""
+    coarse, fine = (result_of(elements=n, lengths=2.0, thickness=3.0) for n in (12, 16))
+    assert (
+        coarse.peak_force == coarse.first_fracture_force
+        and coarse.peak_force > 1.2 * coarse.history.force_filtered.max()
+    )
+    assert coarse.peak_travel == pytest.approx(coarse.first_fracture_travel, abs=0.1)
+    assert fine.peak_force == pytest.approx(coarse.peak_force, rel=0.02)
+
+
 def test_first_fracture_is_that_of_a_test_that_ends_there() -> None:
     """The same force with deletion and with parting: before anything fails nothing differs."""
     test, result = cut(), result_of()
