@@ -77,21 +77,21 @@ def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str
     return [str(note) for note in notes]
 
 
-_LEAST_STROKE = 0.35
+_LEAST_STROKE = {"first_fracture": 0.35, "severed": 1.0}
 """Recommended stroke as a share of the diameter. The maximum force of stems that fracture at once is at 0.06 to 0.1 of
-the diameter, that of stems that fold first at 0.2 to 0.35."""
+the diameter, that of stems that fold first at 0.2 to 0.35. Stems on two supports are cut through at 0.35 to 0.9."""
 
 
 def beforehand(study: Study) -> Iterator[Note]:
     """Yield notes on settings of the solver that are valid but may cause wrong results."""
     thickest = max((target.condition for target in study.targets.means), default=study.specimen.outer_diameter)
-    cuts = study.kind.simulates_stems and study.naming.is_cutting
-    if cuts and (stroke := study.loading.stroke_at(thickest)) < _LEAST_STROKE * thickest:
+    cuts, least = study.kind.simulates_stems and study.naming.is_cutting, _LEAST_STROKE[study.loading.until] * thickest
+    if cuts and (stroke := study.loading.stroke_at(thickest)) < least * (1.0 - 1e-9):
         text = (
             f"The stroke of {stroke:.3g} mm is only {stroke / thickest:.2g} times the largest diameter "
             f"({thickest:g} mm). If a run stops before the peak force is reached, the simulated force is too low."
         )
-        yield Note("short_stroke", "warning", text, lasting(study, _LEAST_STROKE * thickest, thickest))
+        yield Note("short_stroke", "warning", text, lasting(study, least, thickest))
     if study.solver.has_lengths and "failure_strain" in study.names:
         text = (
             f"The failure strain depends on `internal_length` ({study.material.internal_length}) and `edge_spread` "
@@ -110,4 +110,5 @@ def lasting(study: Study, travel: float, diameter: float) -> Remedy:
     else:
         written = f"stroke: d/{floor(10.0 * diameter / travel) / 10.0:g}"
     edit = f"loading: {{{written}}}"
-    return Remedy(f"Set `{edit}`; each run still ends at the first fracture.", edit)
+    end = "when the stem is cut through" if study.loading.until == "severed" else "at the first fracture"
+    return Remedy(f"Set `{edit}`; each run still ends {end}.", edit)

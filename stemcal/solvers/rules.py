@@ -172,8 +172,9 @@ def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Findin
     for path, length in study.lengths.items():
         if length.at(1.0) == 0.0:
             yield Finding(path, f"`until: severed` requires `{path[1]}`", f"remove `{path[1]}: 0 mm`")
-    if "speed" in draft.names and study.loading.chosen_stroke is None:
-        return  # the stroke would depend on the factor `speed`; another rule reports this
+    written = study.loading.model_fields_set & {"stroke", "duration"}
+    if not written or ("speed" in draft.names and "stroke" not in written):
+        return  # the default is long enough; another rule reports a stroke that depends on the factor `speed`
     thickest = max(draft.diameters.values(), default=0.0)
     sliding = max(extremes_of(study, draft.factors.values(), "sliding_angle"))
     stroke = study.loading.stroke_at(thickest) * cos(radians(sliding))

@@ -160,6 +160,16 @@ def test_a_stroke_below_035_of_the_thickest_stem(
         )
 
 
+def test_a_whole_cut_needs_a_stroke_of_the_whole_stem(tmp_path: Path) -> None:
+    """Without a stroke it is 1.5 diameters; stems on two supports are cut through after up to 0.9 diameters."""
+    for stroke in ("", ", stroke: d/1", ", stroke: 10 mm"):
+        assert "short_stroke" not in notes(stroked(tmp_path, f"{{until: severed{stroke}}}"))
+    study = stroked(tmp_path, "{until: severed, stroke: 9.9 mm}")
+    assert "9.9 mm is only 0.99 times the largest diameter (10 mm)" in notes(study)["short_stroke"]
+    found = lasting(study, 10.0, 10.0)
+    assert found.edit == "loading: {stroke: d/1}" and "ends when the stem is cut through" in found.text
+
+
 def test_the_length_and_the_failure_strain_belong_together(tmp_path: Path) -> None:
     spread = "material: {internal_length: 0.8 mm}\nblade: {edge_spread: 0.5 mm}\n"
     found = notes(stroked(tmp_path, "{stroke: d/2}", spread))

@@ -10,7 +10,7 @@ from pydantic.json_schema import SkipJsonSchema
 from stemcal.registry import Checked, Registry
 from stemcal.responses import FURTHER_CUT, PIECE, Response, responses_in
 from stemcal.study.model.measured_targets import Mean, Targets, named_modes
-from stemcal.study.model.shear_test import BladeSection, SupportsSection
+from stemcal.study.model.shear_test import BladeSection, LoadingSection, SupportsSection
 from stemcal.study.types.field_types import ColumnName, Frozen, Length, OneOf, Speed, StemLength, complain
 from stemcal.vocabulary import CUTTING, DIAMETER, FORCE, Variable, Vocabulary, capital, small
 
@@ -155,13 +155,17 @@ class FurtherCutSection(LaboratorySection):
     def stroke_at(self, diameter: float) -> float:
         return 0.0 if self.stroke is None else self.stroke.at(diameter)
 
-    def in_place_of(self, own: object) -> dict[str, Any]:
-        changes = {"blade": self.blade, "supports": self.supports}
-        return {
+    def in_place_of(self, own: Any) -> dict[str, Any]:
+        loading = self.stroke and LoadingSection.model_construct(stroke=self.stroke)
+        changes = {"blade": self.blade, "supports": self.supports, "loading": loading}
+        sections = {
             name: getattr(own, name).model_copy(update={key: getattr(change, key) for key in change.model_fields_set})
             for name, change in changes.items()
             if change
         }
+        if self.supports and sections["supports"].kind != own.supports.kind:
+            sections["supports"].model_fields_set.intersection_update(self.supports.model_fields_set)
+        return sections
 
 
 class LaboratoryKind(Checked):

@@ -248,10 +248,9 @@ class Study(StudyForm):
 
     def cut_as(self, test: LaboratorySection, diameter: float) -> Study:
         """Return the study whose cutting test is replaced by a further one, at a stem diameter in mm."""
-        loading = self.loading
-        speed = test.speed if "speed" in test.model_fields_set else loading.speed
-        travel = shear_test.GAP + (test.stroke_at(diameter) or loading.stroke_at(diameter))
-        moved = loading.model_copy(update={"speed": speed, "duration": travel / speed, "stroke": None})
+        speed = test.speed if "speed" in test.model_fields_set else self.loading.speed
+        travel = shear_test.GAP + (test.stroke_at(diameter) or self.loading.stroke_at(diameter))
+        moved = self.loading.model_copy(update={"speed": speed, "duration": travel / speed, "stroke": None})
         return self.model_copy(update={**test.in_place_of(self), "loading": moved})
 
     @property

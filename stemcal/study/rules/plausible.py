@@ -131,13 +131,18 @@ def _spans(study: Study) -> Iterator[Finding]:
             yield Finding(("tests", index, "span"), message, remedy)
 
 
+def _whole_cuts(study: Study) -> Iterator[Study]:
+    """Yield the study, and with each further cutting test instead of its own, at both ends of all factors."""
+    for end in ("low", "high") if study.loading.until == "severed" else ():
+        cut = study.at({factor.name: getattr(factor, end) for factor in study.factors})
+        yield from (cut, *(cut.model_copy(update=test.in_place_of(cut)) for test in study.tests))
+
+
 def _ends(study: Study) -> Iterator[Finding]:
     """Question a specimen whose ends are too near to the supports in a whole cut."""
-    supports, thickest = study.supports, max(_conditions(study))
-    if study.loading.until != "severed" or supports.kind != "span":
-        return
-    least = max(extremes_of(study, study.factors, "clearance")) + 2.0 * (supports.fillet_radius + _BEYOND * thickest)
-    if study.specimen.length < least * (1.0 - 1e-9):
+    thickest, spans = max(_conditions(study)), [cut for cut in _whole_cuts(study) if cut.supports.kind == "span"]
+    apart = [cut.supports.clearance + 2.0 * (cut.supports.fillet_radius + _BEYOND * thickest) for cut in spans]
+    if (least := max(apart, default=0.0)) * (1.0 - 1e-9) > study.specimen.length:
         message = f"the ends of a {thickest:g} mm stem can break or slide off the supports, which lowers its force"
         yield Finding(("specimen", "length"), message, f"use at least {math.ceil(least)} mm")
 
@@ -162,8 +167,8 @@ def _mesh(study: Study) -> Iterator[Finding]:
             message = f"the element size of {mesh.element_size} exceeds {_RESOLVED:g} times {whole}"
             remedy = f"use at most {_RESOLVED * length.at(coarse[0]):.2g} mm; otherwise, the force depends on the mesh"
             yield Finding(("solver", "element_size"), message, remedy)
-    size, blade = max(map(mesh.element_size.at, conditions)), min(extremes_of(study, study.factors, "thickness"))
-    if study.loading.until == "severed" and size > _OF_BLADE * blade * (1.0 + 1e-9):
+    blade = min((cut.blade.thickness for cut in _whole_cuts(study)), default=math.inf)
+    if (size := max(map(mesh.element_size.at, conditions))) > _OF_BLADE * blade * (1.0 + 1e-9):
         message = f"the element size of {size:.3g} mm exceeds {_OF_BLADE:g} times the blade thickness ({blade:g} mm)"
         remedy = f"use at most {_OF_BLADE * blade:.2g} mm; otherwise, the force of a whole cut is too low"
         yield Finding(("solver", "element_size"), message, remedy)

@@ -84,7 +84,7 @@ def _clamp_is_in_place(draft: Draft) -> Iterator[Finding]:
     # a blade with one bevel is entirely on the free side of the cut, one with two bevels is centred over the cut
     near = 0.5 * blade.thickness if blade.bevel == "both" else 0.0
     far, knife = blade.thickness - near, supports.kind == "counter_edge"
-    if knife and "clearance" not in {*supports.model_fields_set, *draft.names}:
+    if knife and supports.clearance and "clearance" not in {*supports.model_fields_set, *draft.names}:
         yield Finding(("supports", "kind"), "`counter_edge` requires `clearance`", "add `clearance: 1 mm`")
     elif knife and near + supports.clearance + supports.fillet_radius >= supports.height:
         message = f"the fixed knife ({supports.clearance:g} mm from the blade) is beyond the clamp"
@@ -148,14 +148,10 @@ def _at_ends(rule: Rule) -> Rule:
 
 
 def _friction_falls(draft: Draft) -> Iterator[Finding]:
-    contact = draft.study.contact
-    if contact.dynamic_friction > contact.static_friction:
-        dynamic, static = contact.dynamic_friction, contact.static_friction
+    dynamic, static = draft.study.contact.dynamic_friction, draft.study.contact.static_friction
+    if dynamic > static:
         message = f"the coefficient of dynamic friction ({dynamic:g}) exceeds that of static friction ({static:g})"
         yield Finding(("contact", "dynamic_friction"), message, "swap the two coefficients")
-
-
-_CUTTING = "cutting"
 
 
 def _tests_are_simulated(draft: Draft) -> Iterator[Finding]:
@@ -180,8 +176,7 @@ def _curves_are_simulated(draft: Draft) -> Iterator[Finding]:
         if not any(isclose(there, targets.calibrate_at) for there in curved.values()):
             message = f"no curves are listed for the calibration diameter of {targets.calibrate_at:g} mm"
             yield Finding(path, message, "add curves for this diameter, or fit only the force")
-    machine = draft.study.machine
-    if machine.model_fields_set and not curved:
+    if draft.study.machine.model_fields_set and not curved:
         message = "without curves, the `machine` section has no effect"
         yield Finding(("machine",), message, "remove the section, or list files under `curves`", at_key=True)
 
@@ -190,8 +185,8 @@ def _tests_differ(draft: Draft) -> Iterator[Finding]:
     seen: set[str] = set()
     for index, test in draft.tests.items():
         key = test.name.casefold()
-        if key in seen or key == _CUTTING:
-            owner = "the cutting test" if key == _CUTTING else "another test"
+        if (reserved := key == "cutting") or key in seen:
+            owner = "the cutting test" if reserved else "another test"
             message = f"{test.name!r} is already the name of {owner}"
             yield Finding(("tests", index, "name"), message, "choose another name")
         seen.add(key)
@@ -216,18 +211,18 @@ def _tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
 
 
 def _further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
-    for index, test in draft.tests.items():
+    solver = field_or_none(draft.study, "solver")
+    of_solver = () if solver is None else (lambda cut, rule=rule: rule(cut, solver) for rule in draft.kind.rules)
+    for rule, (index, test) in product((*_OF_SECTIONS, *of_solver), draft.tests.items()):
         changed = replace(draft, study=draft.study.model_copy(update=test.in_place_of(draft.study)))
-        for rule in _OF_SECTIONS:
-            for finding in set(rule(changed)).difference(rule(draft)):
-                yield finding._replace(path=("tests", index, *finding.path))
+        for finding in set(rule(changed)).difference(rule(draft)):
+            keys = finding.path[finding.path[0] == "loading" :]  # `stroke` and `speed` are keys of the test itself
+            yield finding if keys[0] == "solver" else finding._replace(path=("tests", index, *keys))
 
 
 def _tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
-    thickest = max(draft.diameters.values(), default=None)
-    for index, test in draft.tests.items():
-        ratio = 0.0 if thickest is None else draft.study.specimen.ratio_at(thickest)
-        for key, message, remedy in () if thickest is None else test.misfits(thickest, ratio):
+    for thickest, (index, test) in product(sorted(draft.diameters.values())[-1:], draft.tests.items()):
+        for key, message, remedy in test.misfits(thickest, draft.study.specimen.ratio_at(thickest)):
             yield Finding(("tests", index, key), message, remedy)
 
 

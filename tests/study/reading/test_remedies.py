@@ -128,7 +128,7 @@ def positive(one: Typed) -> None:
 RULES: list[tuple[str, Callable[..., object]]] = [
     (r"reduce `(height|clearance)`", lambda one, key: one.section("supports").update({key: "15 mm"})),
     (r"increase `height`", lambda one: one.section("supports").update(height="30 mm")),
-    (r"add `clearance: 1 mm`", lambda one: one.section("supports").update(clearance="1 mm")),
+    (r"add `clearance: 1 mm`", lambda one: one.parent.update(clearance="1 mm")),
     (r"write `kind: span`", lambda one: (one.write("span"), one.parent.pop("height", None))),
     (r"remove `height`", lambda one: one.parent.pop("height")),
     (r"write (\w+), \w+ or \w+$", lambda one, v: one.write(v)),

@@ -237,6 +237,26 @@ def test_walls_that_the_force_would_feel_are_doubted(changes: dict[str, str], wa
     assert len(said) == bool(warning) and all(warning in line for line in said)
 
 
+@pytest.mark.parametrize(
+    ("until", "test", "place", "remedy"),
+    [
+        ("severed", "supports: {clearance: 32 mm}", "specimen.length", "use at least 52 mm"),  # 32 + 2·(1 + 0.6·15)
+        ("severed", "supports: {clearance: 30 mm}", "", ""),
+        ("severed", "blade: {thickness: 0.5 mm}", "solver.element_size", "use at most 0.38 mm"),  # 0.75·0.5
+        ("severed", "blade: {thickness: 1.25 mm}", "", ""),  # 15/16 mm is 0.75 times 1.25 mm
+        ("severed", "supports: {kind: clamped, height: 20 mm}", "", ""),
+        ("first_fracture", "supports: {clearance: 32 mm}, blade: {thickness: 0.5 mm}", "", ""),
+    ],
+)
+def test_ends_and_blades_of_further_whole_cuts_are_doubted(until: str, test: str, place: str, remedy: str) -> None:
+    """A stem of 15 mm, 50 mm long, on two blocks 8 mm apart; the mesh is d/16."""
+    text = (CASES / "good" / "whole-cut.yaml").read_text(encoding="utf-8").replace("until: severed", f"until: {until}")
+    text = text.replace(", cutting_energy: 6.3 J, sd: {force: 100 N, cutting_energy: 0.5 J}, n: 6", "")
+    said = study_of(f"{text}tests:\n  - {{name: t, kind: cutting, {test}}}\n").warnings
+    said = tuple(line for line in said if " machines (" not in line)
+    assert len(said) == bool(place) and all(f" {place}: " in line and remedy in line for line in said)
+
+
 def test_travel_and_work_depend_on_the_element_size() -> None:
     mean = "force: 159.2 N, travel: 0.6 mm, work: 45 mJ, sd: {force: 4 N, travel: 0.03 mm, work: 3 mJ}"
     text = SHIPPED.replace("force: 159.2 N", mean, 1)
