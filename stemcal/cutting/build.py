@@ -30,7 +30,7 @@ _FAR = 200.0
 def build(test: ShearTest) -> Model:
     """Return the finite element model of a shear test."""
     how = test.discretisation
-    mesh = stem_mesh(test.stem, how, layers=_layers_of(test), parts=test.parts)
+    mesh = stem_mesh(test.stem, how, layers=layers_of(test), parts=test.parts)
     mesh = doubled(mesh) if test.parts else mesh
     return Model(
         mesh=mesh,
@@ -182,19 +182,20 @@ def crowns(mesh: Mesh) -> Array:
     return np.where(round_, radius[:, :, 0] - np.linalg.norm(corners.mean(axis=2), axis=2), 0.0)
 
 
-def _layers_of(test: ShearTest) -> Array:
+def layers_of(test: ShearTest) -> Array:
     """Return x of the layers of nodes, mm, with a layer where the stem rests on a block; a clamp is at the first."""
     how, supports, height = test.discretisation, test.supports, test.supports.height
     if supports.kind == "span":
         return _supported(_layers(test.stem.length, how), supports.rests_at)
     right, left = _outwards(2.0 * (test.stem.length - height), how), _outwards(2.0 * height, how)
-    layers: Array = np.concatenate([-left[::-1], [0.0], right]) + how.shift * right[0]
+    middle = [] if how.edge_over == "elements" else [0.0]  # else the first element on either side is a half one
+    layers: Array = np.concatenate([-left[::-1], middle, right]) + how.shift * right[0]
     if supports.kind == "clamped":
         return layers
-    return _supported(layers, _counter_edge(test) + supports.fillet_radius, sides=(-1.0,))
+    return _supported(layers, counter_edge(test) + supports.fillet_radius, sides=(-1.0,))
 
 
-def _counter_edge(test: ShearTest) -> float:
+def counter_edge(test: ShearTest) -> float:
     """Return the distance of a counter-edge from the plane of the cut, mm: half the blade thickness plus clearance."""
     return (0.5 * test.blade.thickness if test.blade.bevel == "both" else 0.0) + test.supports.clearance
 
@@ -216,7 +217,7 @@ def _blade(test: ShearTest) -> Tool:
 def _supports(test: ShearTest) -> tuple[Tool, ...]:
     """Return the support blocks on both sides; the right one for a quarter model, the left one for a counter-edge."""
     r, kind = test.supports.fillet_radius, test.supports.kind
-    near = r + (0.5 * test.supports.clearance if kind == "span" else _counter_edge(test))
+    near = r + (0.5 * test.supports.clearance if kind == "span" else counter_edge(test))
     height = -0.5 * test.stem.outer_diameter
     far = near + _FAR
     right = ((near, -r), (near, -_FAR), (far, -_FAR), (far, -r))

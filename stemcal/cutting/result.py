@@ -123,7 +123,7 @@ def force_history(loading: Loading, how: Discretisation, history: History, scale
         travelled = loading.speed * np.diff(history.time)
         force = scale * np.concatenate([[0.0], np.diff(history.external) / travelled])
     along_edge = scale * history.force[:, 0, 1] if angle else np.zeros_like(force)
-    force = force * cos(angle) - along_edge * sin(angle) if angle else force
+    force = along_travel(force, along_edge, loading.sliding_angle)
     carried = -scale * history.force[:, 1:, 2].sum(axis=1) if tools else force
     return ForceHistory(
         time=history.time,
@@ -146,6 +146,11 @@ def force_history(loading: Loading, how: Discretisation, history: History, scale
         deleted=history.deleted,
         parted=history.parted,
     )
+
+
+def along_travel(z: Array, y: Array, sliding_angle: float) -> Array:
+    """Return the force on the blade against its travel (0, sin θ, −cos θ): F_z cos θ − F_y sin θ; θ in degrees."""
+    return z * cos(radians(sliding_angle)) - y * sin(radians(sliding_angle))
 
 
 def filter_rows(loading: Loading, how: Discretisation) -> int:

@@ -250,6 +250,12 @@ class DeckSolver(ProgramOptions):
         """Number of points in the force history."""
         return 500
 
+    def at_speed(self, speed: float) -> Self:
+        """Return the options for a blade speed (mm/s): mass scaling and filter window as in `EmbeddedSolver`."""
+        kept = {"mass_scaling", "filter_window"}
+        scaled = EmbeddedSolver().model_copy(update=self.model_dump(include=kept)).at_speed(speed)
+        return self.model_copy(update=scaled.model_dump(include=kept))
+
     @property
     def law(self) -> str:
         """The rate law of the spec, or the default of the program."""

@@ -191,15 +191,9 @@ OF_COMMAND = (*OF_TEMPLATES, _placeholders_are_used, _every_response_is_read)
 
 
 def _deck_ends_at_the_first_fracture(draft: Draft, _solver: DeckSolver) -> Iterator[Finding]:
-    study = draft.study
-    for key, value, usual in (
-        (("supports", "kind"), study.supports.kind, "span"),
-        (("loading", "until"), study.loading.until, "first_fracture"),
-        (("blade", "sliding_angle"), f"{study.blade.sliding_angle:g} deg", "0 deg"),
-    ):
-        if value != usual:
-            message = f"`{key[1]}: {value}` is not available in a deck"
-            yield Finding(key, message, f"write `{key[1]}: {usual}`, or use `solver: {{kind: embedded}}`")
+    if draft.study.loading.until == "severed":
+        remedy = "write `until: first_fracture`, or use `solver: {kind: embedded}`"
+        yield Finding(("loading", "until"), "`until: severed` is not available in a deck", remedy)
 
 
 _OF_PROGRAM = (_command_names_deck, _keys_are_of_the_program, _openradioss_hardens_isotropically)

@@ -280,12 +280,8 @@ def _bound(law: Material) -> float:
 KINDS = ("embedded", "deck")
 IN_RUNS = "chrysanthemum-cutter"  # its material is that of a study in `runs`, if there is one
 STUDIES = {path: load_study(path) for path in sorted(CONFIGS.glob("*.yaml")) if path.stem != IN_RUNS}
-SHIPPED = [
-    path
-    for path, one in STUDIES.items()
-    if one.solver.kind in KINDS and one.material.transverse is None and one.supports.kind == "span"
-]
-"""Fibres and a fixed knife have no deck."""
+SHIPPED = [path for path, one in STUDIES.items() if one.solver.kind in KINDS and one.material.transverse is None]
+"""Fibres have no deck."""
 
 
 @pytest.mark.parametrize("spec", SHIPPED, ids=lambda path: path.stem)

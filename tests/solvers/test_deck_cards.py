@@ -365,23 +365,6 @@ def test_a_sharp_edge_has_one_node_and_a_v_of_a_seventh_of_the_thickness() -> No
 # ---- refusals and differences
 
 
-@pytest.mark.parametrize(
-    ("section", "changes", "message"),
-    [
-        ("supports", {"kind": "clamped"}, "`supports.kind: clamped` is not available in a deck"),
-        ("blade", {"sliding_angle": 10.0}, "`blade.sliding_angle: 10 deg` is not available in a deck"),
-    ],
-)
-def test_a_deck_is_of_a_stem_between_two_supports(
-    tmp_path: Path, section: str, changes: dict[str, Any], message: str
-) -> None:
-    study = study_of(tmp_path, "lsdyna")
-    changed = study.model_copy(update={section: getattr(study, section).model_copy(update=changes)})
-    with pytest.raises(UsageError) as caught:
-        Deck.of(changed, LEVELS, 8.0)
-    assert str(caught.value) == f"{message}, only in the embedded solver"
-
-
 def test_a_deck_has_at_most_two_million_elements(tmp_path: Path) -> None:
     study = study_of(tmp_path, "lsdyna")
     fine = study.model_copy(update={"solver": study.solver.model_copy(update={"element_size": Length(0.05)})})

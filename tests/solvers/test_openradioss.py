@@ -276,6 +276,13 @@ def test_force_of_a_contact_by_its_number_whatever_its_title() -> None:
     assert np.allclose(force_in_histories(text).time, [0.0, 1.0, 2.0])
 
 
+def test_a_run_of_a_sliding_blade_needs_its_forces_along_y(tmp_path: Path) -> None:
+    """The recorded table has those along z only."""
+    assert solved(tmp_path / "straight").ok
+    answer = solved(tmp_path / "sliding", options="blade: {sliding_angle: 10 deg}")
+    assert (answer.status, answer.reason) == ("failed", "no_result")
+
+
 def test_impulses_are_no_forces() -> None:
     """Without /TH/TITLE th_to_csv has no titles and leaves impulses, which only grow while the blade presses."""
     untitled = "time,DEFAULT 1 var 1,DEFAULT 1 var 2\n0.0,0,0\n1.0,-2.0,-0.5\n2.0,-1.0,-0.5\n"

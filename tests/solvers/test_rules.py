@@ -185,9 +185,8 @@ DECKS = [
     (f"{{{DECK}}}", "loading: {until: severed}",
      ["loading.until: `until: severed` is not available in a deck; "
       "write `until: first_fracture`, or use `solver: {kind: embedded}`"]),
-    (f"{{{DECK}}}", "blade: {sliding_angle: 10 deg}",
-     ["blade.sliding_angle: `sliding_angle: 10 deg` is not available in a deck; "
-      "write `sliding_angle: 0 deg`, or use `solver: {kind: embedded}`"]),
+    (f"{{{DECK}}}", "blade: {sliding_angle: 10 deg}", []),
+    (f"{{{DECK}}}", "supports: {kind: counter_edge, height: 2 cm, clearance: 1 mm}", []),
 ]  # fmt: skip
 
 

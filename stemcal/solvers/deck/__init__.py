@@ -43,7 +43,7 @@ class DeckProgram(Program[DeckSolver]):
         study, stem = self.study.at(request.levels), self.study.stem_at(request.levels, request.condition)
         dump = study.model_dump(mode="json")
         return {
-            "options": self.options.model_dump(mode="json", exclude=_NOT_DETERMINING),
+            "options": self.options.at_speed(study.loading.speed).model_dump(mode="json", exclude=_NOT_DETERMINING),
             "model": {name: dump[name] for name in _SECTIONS},
             "material": self.study.parameters(request.levels, stem),
         }
@@ -61,9 +61,10 @@ class DeckProgram(Program[DeckSolver]):
         return Deck.of(self.study, request.levels, request.condition, form)
 
     def _run(self, folder: Path, request: Request) -> Answer:
-        options, place = self.options, self.study.source.parent
+        study, place = self.study.at(request.levels), self.study.source.parent
+        options, angle = self.options.at_speed(study.loading.speed), study.blade.sliding_angle
         modes = self.study.targets.modes_at(request.condition)
-        peak = partial(peak_answer, options=options, loading=self.study.at(request.levels).loading, modes=modes)
+        peak = partial(peak_answer, options=options, loading=study.loading, modes=modes, angle=angle)
         if self._is_lsdyna:
-            return lsdyna.run(folder, options, place, peak)
+            return lsdyna.run(folder, options, place, peak, angle)
         return openradioss.run(folder, options, place, peak, self._deck(request))

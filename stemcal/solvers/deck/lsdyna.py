@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stemcal.cutting.result import along_travel
 from stemcal.errors import SimulationFailed
 from stemcal.processes.program import ProgramRun
 from stemcal.solvers.deck.peak import ContactForce
@@ -26,16 +27,17 @@ _TAIL_BYTES, _MOST_BYTES = 20_000, 20_000_000
 _FAILED = re.compile(rf"\belement[ \t]+(\d{{1,18}})[ \t]+failed at time[ \t]*({NUMBER})", re.IGNORECASE)
 _VALUE = rf"({NUMBER}|[-+]?NaN|[-+]?Inf(?:inity)?|\*+)"
 _ROW = re.compile(
-    rf"\s*(slave|master|surfa|surfb)\s+(\d{{1,18}})\s+time\s*{_VALUE}\s+x.*?\s+z\s*{_VALUE}", re.IGNORECASE
+    rf"\s*(slave|master|surfa|surfb)\s+(\d{{1,18}})\s+time\s*{_VALUE}\s+x.*?\s+y\s*{_VALUE}\s+z\s*{_VALUE}", re.I
 )
 
 
-def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer]) -> Answer:
-    """Run the deck in `folder`; return the answer that `peak` makes from the blade force, or a failed answer."""
-    return run_command(folder, options.command, options, spec_folder, {"deck": DECK}, partial(_read, folder, peak))
+def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer], angle: float) -> Answer:
+    """Run the deck in `folder`; return the answer that `peak` makes from the blade force (`angle` in degrees)."""
+    read = partial(_read, folder, peak, angle=angle)
+    return run_command(folder, options.command, options, spec_folder, {"deck": DECK}, read)
 
 
-def _read(folder: Path, peak: Callable[..., Answer], finished: ProgramRun) -> Answer:
+def _read(folder: Path, peak: Callable[..., Answer], finished: ProgramRun, angle: float = 0.0) -> Answer:
     """Return the answer of a finished run; raise `SimulationFailed` if it did not terminate normally."""
     code_is_zero(finished)
     messages = finished.output + "".join(tail(folder / name) for name in _MESSAGES)
@@ -46,11 +48,11 @@ def _read(folder: Path, peak: Callable[..., Answer], finished: ProgramRun) -> An
         raise SimulationFailed("error_termination", message)
     if "normaltermination" not in letters:
         raise SimulationFailed("no_termination", "LS-DYNA did not report normal termination")
-    return peak(force_in_rcforc(read_text(folder, FORCES)), failed=failed_elements(folder, finished.output))
+    return peak(force_in_rcforc(read_text(folder, FORCES), angle), failed=failed_elements(folder, finished.output))
 
 
-def force_in_rcforc(text: str) -> ContactForce:
-    """Return the force of the blade contact along z in an ASCII ``rcforc``; `SimulationFailed` if it is invalid."""
+def force_in_rcforc(text: str, angle: float = 0.0) -> ContactForce:
+    """Return the blade force along the travel in ``rcforc`` (`angle` in degrees); `SimulationFailed` if invalid."""
     rows = [match for line in text.splitlines() if (match := _ROW.match(line))]
     of_blade = [match for match in rows if int(match[2]) == BLADE_CONTACT]
     if not of_blade:
@@ -58,9 +60,10 @@ def force_in_rcforc(text: str) -> ContactForce:
         message = f"{FORCES} contains no force for contact {BLADE_CONTACT} (contacts found: {there})"
         raise SimulationFailed("no_result", message)
     side = of_blade[0][1].lower()
-    series = [(required_number(match[3]), required_number(match[4])) for match in of_blade if match[1].lower() == side]
-    time, force = np.asarray(series, dtype=float).T
-    return ContactForce.of(time, force, FORCES)
+    columns = 3, 5, 4 if angle else 5  # time, z and, for a sliding blade, y
+    series = [[required_number(match[i]) for i in columns] for match in of_blade if match[1].lower() == side]
+    time, z, y = np.asarray(series, dtype=float).T
+    return ContactForce.of(time, along_travel(z, y, angle), FORCES)
 
 
 def failed_elements(folder: Path, printed: str) -> list[float]:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from math import floor, pi
+from math import floor, pi, radians, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.build import materials, mesh_size, stem_mesh
-from stemcal.cutting.parts import Blade, Discretisation, Stem, Supports, rate_filter
+from stemcal.cutting.build import counter_edge, layers_of, materials, mesh_size, stem_mesh
+from stemcal.cutting.constraints import held_components
+from stemcal.cutting.parts import Blade, Discretisation, ShearTest, Stem, Supports, rate_filter
 from stemcal.errors import UsageError
 from stemcal.fem.material import Layers, Material
 from stemcal.fem.mesh import Mesh
@@ -45,11 +46,21 @@ STEM, BLADE, SUPPORTS = 1, 2, 3
 
 @dataclass(frozen=True)
 class _Parts:
-    """The meshes of the whole stem, without symmetry, and of the tools."""
+    """The meshes of the whole stem, without symmetry, and of the tools; a stem that is only clamped has no supports.
+
+    rest: Place along the axis where the stem rests on a support, mm; clamped: numbers of the nodes at the clamp.
+    """
 
     stem: Mesh
     blade: Mesh
-    supports: Mesh
+    supports: Mesh | None
+    rest: float
+    clamped: NDArray[np.int64]
+
+    @property
+    def tools(self) -> dict[int, Mesh]:
+        """The meshes of the tools by part number."""
+        return {BLADE: self.blade} | ({} if self.supports is None else {SUPPORTS: self.supports})
 
 
 @dataclass(frozen=True)
@@ -65,8 +76,8 @@ class Deck:
     def of(cls, study: Study, levels: Mapping[str, float], diameter: float, form: DeckForm | None = None) -> Deck:
         """Return the deck in a form, by default that for the solver of the study.
 
-        Raises `UsageError` if a deck cannot represent the test: the solver does not simulate stems, the material is not
-        isotropic, the stem has only one support, or the blade slides.
+        Raises `UsageError` if a deck cannot represent the test: the solver does not simulate stems, or the material is
+        not isotropic.
         """
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             kind = study.solver.kind
@@ -77,18 +88,13 @@ class Deck:
                 "a deck has isotropic materials: the laws of LS-DYNA and OpenRadioss for fibres (such as *MAT_157 and "
                 "LAW93) are not those of the study, and their force is unknown; remove `transverse` from the spec"
             )
-        for key, other in (
-            (f"supports.kind: {study.supports.kind}", study.supports.kind != "span"),
-            (f"blade.sliding_angle: {study.blade.sliding_angle:g} deg", study.blade.sliding_angle != 0.0),
-        ):
-            if other:
-                raise UsageError(f"`{key}` is not available in a deck, only in the embedded solver")
         return cls(study, levels, diameter, form or form_of(study))
 
     @property
     def solver(self) -> EmbeddedSolver | DeckSolver:
+        """The options of the solver, scaled for the speed of the blade."""
         assert isinstance(self.study.solver, EmbeddedSolver | DeckSolver)
-        return self.study.solver
+        return self.study.solver.at_speed(self.study.loading.speed)
 
     @cached_property
     def layers(self) -> dict[int, LayerValues]:
@@ -223,18 +229,36 @@ class Deck:
                 f"the stem would have {elements:.3g} elements (element size {how.element_size:g} mm), more than the "
                 f"limit of {_MOST_ELEMENTS:.0e}; increase `solver.element_size` or use a shorter specimen"
             )
-        supports = Supports(study.supports.clearance, study.supports.fillet_radius)
+        supports = Supports(**dict(study.supports))
         lowest, size = 0.5 * diameter + GAP, how.element_size
-        length, stroke = _BLADE_OVER_STEM * diameter, study.loading.stroke_at(diameter)
+        slide, stroke = self.slide, study.loading.stroke_at(diameter)
+        length = _BLADE_OVER_STEM * diameter + slide
         edge = blade_mesh(blade, length, lowest, size, stroke, POINTS_PER_FACE if self.is_sharp else None)
-        if not self.is_sharp:
-            edge = edge.moved(edge.nodes + np.array([_NOSE_BESIDE * size, 0.0, 0.0]))
-        return _Parts(stem_mesh(stem, how, supports.rests_at), edge, supports_mesh(supports, stem, size))
+        beside = 0.0 if self.is_sharp else _NOSE_BESIDE * size
+        if beside or slide:  # before the slide, the part of the edge that is still to come is at y < 0
+            edge = edge.moved(edge.nodes + np.array([beside, -0.5 * slide, 0.0]))
+        if not self.is_sharp and supports.kind == "counter_edge":
+            flank = 0.5 * b.thickness if b.bevel == "both" else b.edge_radius
+            # the gap remains that of the study if a rounded edge makes the blade thicker
+            supports = replace(supports, clearance=supports.clearance - flank - float(edge.nodes[:, 0].min()))
+        test = ShearTest(self.law, stem=stem, blade=blade, supports=supports, discretisation=how)
+        mesh = stem_mesh(stem, how, layers=layers_of(test))
+        clamped = 1 + np.flatnonzero(held_components(mesh, test)[:, 0])
+        knife = counter_edge(test) if supports.kind == "counter_edge" else None
+        blocks = None if supports.kind == "clamped" else supports_mesh(supports, stem, size, knife, slide)
+        rest = supports.rests_at if knife is None else -knife - supports.fillet_radius
+        return _Parts(mesh, edge, blocks, rest, clamped)
+
+    @property
+    def slide(self) -> float:
+        """Distance that the blade slides along its edge, in the direction y, mm."""
+        loading, angle = self.study.loading, radians(self.study.blade.sliding_angle)
+        return loading.speed * loading.duration_at(self.diameter) * sin(angle)
 
     @cached_property
     def notes(self) -> list[str]:
         """Sentences on the differences of the deck from the study."""
-        first = (*self._of_layers(), *self._whole_cut(), *self._without_lengths())
+        first = (*self._of_layers(), *self._whole_cut(), *self._not_run(), *self._without_lengths())
         return [*first, *self._hardening(), *self._rate(), *self._rate_filter()]
 
     @property
@@ -266,6 +290,15 @@ class Deck:
                 "the deck deletes elements over the whole stroke, but in the study the stem parts under the edge "
                 "(`until: severed`), so only the force up to the first fracture is comparable"
             )
+
+    def _not_run(self) -> Iterator[str]:
+        names = {"span": [], "clamped": ["a clamp"], "counter_edge": ["a clamp", "a fixed knife"]}
+        new = [*names[self.study.supports.kind], *(["a sliding blade"] if self.slide else [])]
+        if new:
+            yield f"decks with {series(new)} were not run in LS-DYNA or OpenRadioss"
+        if "a fixed knife" in new and not self.is_sharp:
+            place = -self.parts.rest - self.study.supports.fillet_radius
+            yield f"the fixed knife is at {place:.3g} mm from the plane of the cut, next to the rounded blade"
 
     def _without_lengths(self) -> Iterator[str]:
         lengths = {"edge_spread": self.edge_spread, "internal_length": self.internal_length}

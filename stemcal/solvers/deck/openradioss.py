@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stemcal.cutting.checks import nothing_deleted
+from stemcal.cutting.result import along_travel
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.processes.program import ProgramRun, run_program
 from stemcal.solvers.deck import writer
@@ -79,12 +80,12 @@ _LEAST_SECONDS = 2.0  # time limit of a program after the previous programs have
 def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer], deck: Deck) -> Answer:
     """Run starter, engine and ``th_to_csv`` on the deck in `folder` within one time limit; return the answer."""
     starter_input = writer.STARTER_INPUT if deck.nonlocal_lengths else writer.DECK
-    programs = installation(options, spec_folder)
+    programs, angle = installation(options, spec_folder), deck.study.blade.sliding_angle
     options = options.model_copy(update={"environment": programs.environment})
     steps: dict[str, tuple[list[str], Callable[[ProgramRun], Answer]]] = {
         "starter": ([programs.starter, "-i", starter_input, "-np", "1"], partial(starter_ran, folder, deck)),
         "engine": ([programs.engine, "-i", writer.ENGINE_INPUT], partial(engine_ran, folder)),
-        "th_to_csv": ([programs.th_to_csv, writer.HISTORY], partial(table_made, folder, peak)),
+        "th_to_csv": ([programs.th_to_csv, writer.HISTORY], partial(table_made, folder, peak, angle=angle)),
     }
     seconds: dict[str, float] = {}
     try:
@@ -116,7 +117,7 @@ _VALUE = re.compile(rf"=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
 _FAILURE = re.compile(rf"^[ \t]+FIRST[ \t]+FAILURE PARAMETER \(D1\)[ \t.]*=[ \t]*({NUMBER})[ \t]*$", re.MULTILINE)
 _DELETED = re.compile(rf"DELETE SOLID ELEMENT NUMBER[ \t]+(\d{{1,18}})(?:[ \t]+AT TIME :[ \t]*({NUMBER}))?")
 _CYCLE = re.compile(rf"[ \t]*\d+[ \t]+({NUMBER})[ \t]+\d\S*[ \t]+[A-Z]+[ \t]+\d+")
-_COLUMN = re.compile(r"TH-INTER (\d{1,18}) (?:.* )?(F[NT]Z)")
+_COLUMN = re.compile(r"TH-INTER (\d{1,18}) (?:.* )?F[NT]([YZ])")
 _CLOSE = 2e-4  # relative tolerance of echoed values, some of which have only four digits
 
 
@@ -136,12 +137,12 @@ def engine_ran(folder: Path, finished: ProgramRun) -> Answer:
     raise SimulationFailed("no_termination", "the engine did not report normal termination")
 
 
-def table_made(folder: Path, peak: Callable[..., Answer], finished: ProgramRun) -> Answer:
+def table_made(folder: Path, peak: Callable[..., Answer], finished: ProgramRun, angle: float = 0.0) -> Answer:
     """Return the answer that `peak` makes from the table of time histories; `SimulationFailed` if there is none."""
     if finished.code != 0 or not (folder / writer.TABLE).is_file():
         because = "" if (folder / writer.HISTORY).is_file() else f": the engine wrote no {writer.HISTORY}"
         raise SimulationFailed("no_history", f"th_to_csv exited with code {finished.code} and wrote no table{because}")
-    contact = force_in_histories(read_text(folder, writer.TABLE))
+    contact = force_in_histories(read_text(folder, writer.TABLE), angle)
     deleted = deleted_elements(read_text(folder, writer.ENGINE_LISTING), _text_left(folder, OUTPUT))
     warnings = [] if deletes_elements(_text_left(folder, writer.STARTER_LISTING)) else [nothing_deleted()]
     return peak(contact, failed=deleted, warnings=warnings)
@@ -214,8 +215,8 @@ def deleted_elements(listing: str, printed: str) -> list[float]:
     return sorted(times.values())
 
 
-def force_in_histories(text: str) -> ContactForce:
-    """Return the force of the blade contact along z, FNZ + FTZ, from the table of time histories.
+def force_in_histories(text: str, angle: float = 0.0) -> ContactForce:
+    """Return the force of the blade contact along the travel, from FNZ + FTZ and, with an angle (°), FNY + FTY.
 
     OpenRadioss stores impulses; ``th_to_csv`` converts those with a title to forces. Raises `SimulationFailed`:
     ``impulse`` if the table has no titles or its force never decreases, ``no_result`` if the contact is missing,
@@ -226,25 +227,26 @@ def force_in_histories(text: str) -> ContactForce:
     except (csv.Error, ValueError) as error:
         raise SimulationFailed("bad_result", f"the table of time histories is not valid CSV: {error}") from None
     names = [" ".join(name.split()) for name in header]
-    # index and contact of each column with a force along z
-    columns = [(i, int(match[1])) for i, name in enumerate(names) if (match := _COLUMN.fullmatch(name)) is not None]
-    of_blade = [index for index, contact in columns if contact == writer.BLADE_CONTACT]
+    # index, contact and axis of each column with a force along y or z
+    columns = [(i, int(match[1]), match[2]) for i, name in enumerate(names) if (match := _COLUMN.fullmatch(name))]
+    of_blade = {axis: [i for i, *of in columns if of == [writer.BLADE_CONTACT, axis]] for axis in "ZY"}
+    read = of_blade["Z"] + of_blade["Y" if angle else "Z"]
     if not columns:
         raise SimulationFailed(
             "impulse",
             "the time histories have no titles, so they may contain impulses instead of forces; the engine file must "
             f"contain {writer.TITLES}, and th_to_csv needs the file runT01_TITLES",
         )
-    if len(of_blade) != 2:
-        there = sorted({contact for _, contact in columns})
+    if len(read) != 4:
+        there = sorted({contact for _, contact, _ in columns})
         message = f"the time histories contain no force for contact {writer.BLADE_CONTACT} (contacts found: {there})"
         raise SimulationFailed("no_result", message)
     try:
-        values = np.array([[required_number(row[index]) for index in (0, *of_blade)] for row in rows if row])
+        values = np.array([[required_number(row[index]) for index in (0, *read)] for row in rows if row])
     except IndexError:
         raise SimulationFailed("bad_result", "the table of time histories has an incomplete row") from None
-    time, normal, tangential = values.reshape(-1, 3).T
-    blade = ContactForce.of(time, normal + tangential, writer.TABLE)
+    time, *forces = values.reshape(-1, 5).T
+    blade = ContactForce.of(time, along_travel(forces[0] + forces[1], forces[2] + forces[3], angle), writer.TABLE)
     if blade.force.max() > 0.0 and (np.diff(blade.force) >= 0.0).all():
         raise SimulationFailed(
             "impulse",

@@ -1,6 +1,7 @@
 """Convert the history of a contact force into an answer, by the same rules as the embedded solver."""
 
 from collections.abc import Sequence
+from math import cos, radians
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from stemcal.study.model.shear_test import GAP, LoadingSection
 
 
 class ContactForce(NamedTuple):
-    """Time (s) and a component of a contact force (N), with the sign that makes its peak positive."""
+    """Time (s) and the contact force along the travel of the blade (N), with the sign that makes its peak positive."""
 
     time: Array
     force: Array
@@ -42,11 +43,13 @@ def peak_answer(
     failed: Sequence[float] = (),
     warnings: Sequence[Note] = (),
     modes: CurveModes | None = None,
+    angle: float = 0.0,
 ) -> Answer:
     """Return the peak of the filtered force before the first fracture, as the embedded solver reports it.
 
     `failed` contains the times (s) at which elements were deleted. Without deleted elements there is no fracture, and
     the peak is that of the whole stroke. If curves were measured, the answer contains the scores on their `modes`, too.
+    `angle` is the sliding angle of the blade in degrees.
     """
     time, force = contact.time, contact.force
     filtered = moving_mean(force, max(1, round(options.filter_window / float(np.median(np.diff(time))))))
@@ -56,7 +59,7 @@ def peak_answer(
     if filtered[peak] <= 0.0:
         message = "the blade exerted no force on the stem; check the gap, the speed and the duration of loading"
         raise SimulationFailed("no_contact", message)
-    travel = loading.speed * time - GAP
+    travel = loading.speed * time - GAP / cos(radians(angle))
     broke = None if broken is None else float(travel[broken])
     scores = curve_scores(modes, travel, filtered, broke)
     short = short_stroke(travel, filtered, broken)

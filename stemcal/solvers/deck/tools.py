@@ -37,11 +37,15 @@ def blade_mesh(
     return _drawn_out([section], np.linspace(-half - 0.5, half + 0.5, 2 * half + 2) * spacing)
 
 
-def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
-    """Return the mesh of both supports below the stem; the gap between them is the clearance."""
-    r, near = supports.fillet_radius, 0.5 * supports.clearance
+def supports_mesh(supports: Supports, stem: Stem, size: float, knife: float | None = None, slide: float = 0.0) -> Mesh:
+    """Return the mesh of both supports below the stem; the gap between them is the clearance.
+
+    knife: Distance of a fixed knife from the plane of the cut, mm; it is on the left and replaces both supports.
+    slide: Distance that the blade slides along y, and may drag the stem, mm.
+    """
+    r, near = supports.fillet_radius, 0.5 * supports.clearance if knife is None else knife
     top = -0.5 * stem.outer_diameter
-    far = max(0.5 * stem.length, near + r) + _BEYOND
+    far = max(0.5 * stem.length if knife is None else supports.height, near + r) + _BEYOND
     turn = np.linspace(pi, 0.5 * pi, (_AROUND if r > 0 else 0) + 1)
     rounding = np.stack([near + r + r * np.cos(turn), top - r + r * np.sin(turn)], axis=-1)
     flat = _even(near + r, far, size)[1:]
@@ -50,7 +54,7 @@ def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
     right = np.stack([lower, upper])  # (2, columns, 2): nodes x, z of the flat bottom and of the rounded top
     left = right * (-1.0, 1.0)
     half = 0.5 * stem.outer_diameter
-    return _drawn_out([right, left], _even(-half, half, size))
+    return _drawn_out([right, left] if knife is None else [left], _even(-half, half + slide, size))
 
 
 def _blade_section(blade: Blade, size: float, stroke: float | None = None, line: bool = False) -> Array:

@@ -6,9 +6,11 @@ hm_cfg_files/config/CFG/Keyword971_R14.1/data_hierarchy.cfg). ``*TITLE``, for ex
 
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
+from math import cos, radians, sin
 from textwrap import wrap
 
-from stemcal.fem.material import Material
+import numpy as np
+
 from stemcal.solvers.deck.equivalents import contact_scale, wanted_step
 from stemcal.solvers.deck.keywords import Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.model import BLADE, HOURGLASS, STEM, SUPPORTS, Deck
@@ -26,8 +28,9 @@ _STEEL_DENSITY = 7.8e-09  # density of blade and supports (Table 2 of the publis
 # Tools with the law of the stem: density in units of the stem's density; yield stress (MPa) and failure strain, which
 # are never reached.
 _HEAVY, _NEVER = 100.0, 1e6
-_NO_PLANE_MOTION, _NO_TRANSLATION, _NO_ROTATION = 4, 7, 7
-_ALONG_Z, _VELOCITY, _CURVE = 3, 0, 1
+_NO_X, _NO_PLANE_MOTION, _NO_TRANSLATION, _NO_ROTATION = 1, 4, 7, 7
+_ALONG_Y, _ALONG_Z, _VELOCITY = 2, 3, 0
+_CLAMP = 4  # set of the nodes at the clamp; sets 1 to 3 are of stem, blade and supports
 BLADE_CONTACT, SUPPORTS_CONTACT = 1, 2
 _BY_PART_SET, _BY_PART = 2, 3
 
@@ -50,8 +53,9 @@ def _deck_lines(deck: Deck) -> Iterator[str]:
     # OpenRadioss uses nonlocal failure only if the first group of elements has it (``sforc3.F``). Groups are sorted by
     # their law number, and rigid bodies would be first. Therefore the tools have the law of the stem.
     held = deck.form.by_density
-    yield from _held_tools(deck) if held else _tool_materials(deck.law)
+    yield from _held_tools(deck) if held else _tool_materials(deck)
     yield from _part_cards(deck, STEM if held else BLADE)
+    yield from _clamp(deck)
     yield from _motion(deck, "SET" if held else "RIGID")
     yield from _contact_cards(deck)
     yield from _mesh(deck)
@@ -62,7 +66,8 @@ def _head(deck: Deck) -> Iterator[str]:
     yield "*KEYWORD"
     yield "$ Virtual shear test of a hollow stem, written by stemcal."
     yield "$ Units: mm, tonne, s, N, MPa."
-    yield f"$ Study {deck.study.name}, outer diameter {deck.diameter:g} mm. Blade motion: -z. Stem axis: x."
+    motion = "-z and +y" if deck.slide else "-z"
+    yield f"$ Study {deck.study.name}, outer diameter {deck.diameter:g} mm. Blade motion: {motion}. Stem axis: x."
     for note in deck.notes:
         yield from wrap(f"Difference from the study: {note}.", 78, initial_indent="$ ", subsequent_indent="$   ")
 
@@ -100,10 +105,11 @@ def stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) 
     yield from keyword("MAT_PIECEWISE_LINEAR_PLASTICITY", failing, rate, *curve)
 
 
-def _tool_materials(law: Material) -> Iterator[str]:
+def _tool_materials(deck: Deck) -> Iterator[str]:
     """Yield the rigid materials of blade and supports. Their moduli, those of the stem, affect only the contact."""
-    moduli = {"e": law.elastic_modulus, "pr": law.poisson_ratio}
-    for part, held in ((BLADE, _NO_PLANE_MOTION), (SUPPORTS, _NO_TRANSLATION)):
+    moduli = {"e": deck.law.elastic_modulus, "pr": deck.law.poisson_ratio}
+    for part in deck.parts.tools:
+        held = _NO_TRANSLATION if part == SUPPORTS else _NO_X if deck.slide else _NO_PLANE_MOTION
         tool = {"mid": part, "ro": _STEEL_DENSITY, **moduli, "n": 0.0, "couple": 0.0, "m": 0.0}
         held_card = {"cmo": 1.0, "con1": held, "con2": _NO_ROTATION}
         axes = dict.fromkeys(("lco", "a2", "a3", "v1", "v2", "v3"), 0.0)
@@ -115,13 +121,27 @@ def _held_tools(deck: Deck) -> Iterator[str]:
     law, parts = deck.law, deck.parts
     value = {**deck.material, "ro": _HEAVY * deck.material["ro"], "sigy": _NEVER, "etan": 0.0, "c": 0.0, "fail": _NEVER}
     first = 1 + len(parts.stem.nodes)
-    for part, mesh in ((BLADE, parts.blade), (SUPPORTS, parts.supports)):
+    for part, mesh in parts.tools.items():
         yield from stem_material({**value, "e": law.elastic_modulus, "pr": law.poisson_ratio}, deck.form, part)
         nodes = {"b1beg": first, "b1end": first + len(mesh.nodes) - 1}
         yield from keyword("SET_NODE_LIST_GENERATE", {"sid": part}, nodes)
         first += len(mesh.nodes)
-        held = {"dofx": 1, "dofy": 1, "dofz": 0 if part == BLADE else 1, "dofrx": 0, "dofry": 0, "dofrz": 0}
-        yield from keyword("BOUNDARY_SPC_SET", {"nsid": part, "cid": 0, **held})
+        yield from _held(part, free="" if part == SUPPORTS else "yz" if deck.slide else "z")
+
+
+def _clamp(deck: Deck) -> Iterator[str]:
+    """Yield the set of the nodes at the clamp, eight per card, and the constraint that holds them."""
+    if len(nodes := deck.parts.clamped):
+        rows = np.split(nodes, range(8, len(nodes), 8))
+        cards: list[Card] = [{f"nid{i}": int(node) for i, node in enumerate(row, 1)} for row in rows]
+        yield from keyword("SET_NODE_LIST", {"sid": _CLAMP}, *cards)
+        yield from _held(_CLAMP)
+
+
+def _held(nodes: int, free: str = "") -> Iterable[str]:
+    """Return the lines that hold a set of nodes in all directions but `free`; the nodes of solids do not rotate."""
+    held = {f"dof{axis}": 0 if axis in free else 1 for axis in "xyz"} | dict.fromkeys(("dofrx", "dofry", "dofrz"), 0)
+    return keyword("BOUNDARY_SPC_SET", {"nsid": nodes, "cid": 0, **held})
 
 
 def _part_cards(deck: Deck, tools: int) -> Iterator[str]:
@@ -129,30 +149,34 @@ def _part_cards(deck: Deck, tools: int) -> Iterator[str]:
     if tools != STEM:
         yield from keyword("SECTION_SOLID", {"secid": tools, "elform": 1})
     names = [layer.name for layer in deck.study.layers] or ["stem"]
-    for title, part in (*zip(names, deck.layers, strict=True), ("blade", BLADE), ("supports", SUPPORTS)):
+    for title, part in zip([*names, "blade", "supports"], [*deck.layers, *deck.parts.tools], strict=False):
         section = STEM if part in deck.layers else tools
         yield from keyword("PART", {"pid": part, "secid": section, "mid": part}, title=title)
 
 
 def _motion(deck: Deck, of: str) -> Iterator[str]:
-    """Yield the blade speed as −1 times a curve, which has room for all digits. `of`: RIGID (body) or (node) SET."""
-    motion = {"pid" if of == "RIGID" else "nsid": BLADE, "dof": _ALONG_Z, "vad": _VELOCITY, "lcid": _CURVE, "sf": -1.0}
-    yield from keyword(f"BOUNDARY_PRESCRIBED_MOTION_{of}", motion)
-    yield from keyword("DEFINE_CURVE", {"lcid": _CURVE})
-    loading = deck.study.loading
-    for time in (0.0, 2.0 * loading.duration_at(deck.diameter)):
-        yield f"{time!r:>20}{loading.speed!r:>20}"
+    """Yield the blade speeds V cos θ downwards and V sin θ along the edge, with the sliding angle θ.
+
+    Each is ±1 times a curve, which has room for all digits. `of`: RIGID (body) or (node) SET.
+    """
+    loading, angle = deck.study.loading, radians(deck.study.blade.sliding_angle)
+    ways = {_ALONG_Z: (-1.0, cos(angle)), **({_ALONG_Y: (1.0, sin(angle))} if angle else {})}
+    for curve, (dof, (sign, share)) in enumerate(ways.items(), 1):
+        motion = {"pid" if of == "RIGID" else "nsid": BLADE, "dof": dof, "vad": _VELOCITY, "lcid": curve, "sf": sign}
+        yield from keyword(f"BOUNDARY_PRESCRIBED_MOTION_{of}", motion)
+        yield from keyword("DEFINE_CURVE", {"lcid": curve})
+        for time in (0.0, 2.0 * loading.duration_at(deck.diameter)):
+            yield f"{fitted(time, 20):>20}{fitted(loading.speed * share, 20):>20}"
 
 
 def _contact_cards(deck: Deck) -> Iterator[str]:
-    """Yield the lines of the two contacts: blade and stem, then supports and stem."""
-    study, c = deck.study, deck.study.contact
+    """Yield the lines of the contacts: blade and stem, then supports and stem."""
+    c, radius = deck.study.contact, 0.5 * deck.diameter
     friction = {"fs": c.static_friction, "fd": c.dynamic_friction, "dc": c.decay, "vc": 0.0}
     friction |= {"vdc": float(f"{100 * DAMPING:.12g}"), "penchk": 0, "bt": 0.0, "dt": 1e20}
     erosion = {"isym": 0, "erosop": 1, "iadj": 1}
-    near, radius = 0.5 * study.supports.clearance + study.supports.fillet_radius, 0.5 * deck.diameter
     blade = friction, _scales(deck, c.penalty * deck.edge_share, (0.0, 0.0, radius)), erosion
-    supports = friction, _scales(deck, c.penalty, (near, 0.0, -radius))
+    supports = friction, _scales(deck, c.penalty, (deck.parts.rest, 0.0, -radius))
     if layered := len(deck.layers) > 1:
         parts = {f"pid{i}": part for i, part in enumerate(sorted(deck.layers), 1)}
         yield from keyword("SET_PART_LIST", {"sid": STEM}, parts)
@@ -162,6 +186,8 @@ def _contact_cards(deck: Deck) -> Iterator[str]:
         (BLADE_CONTACT, "ERODING", BLADE, "blade and stem", blade),
         (SUPPORTS_CONTACT, "AUTOMATIC", SUPPORTS, "supports and stem", supports),
     ):
+        if tool not in deck.parts.tools:
+            continue
         heading, sides = f"{number:10d}{title}", {"ssid": STEM, "msid": tool, **kinds}
         yield from keyword(f"CONTACT_{name}_SURFACE_TO_SURFACE_ID", sides, *cards, title=heading)
 
@@ -173,7 +199,7 @@ def _scales(deck: Deck, share: float, place: tuple[float, float, float]) -> dict
 
 
 def _mesh(deck: Deck) -> Iterator[str]:
-    stem, tools = deck.parts.stem, {BLADE: deck.parts.blade, SUPPORTS: deck.parts.supports}
+    stem, tools = deck.parts.stem, deck.parts.tools
     yield "*NODE"
     yield "$#   nid               x               y               z"
     points = chain.from_iterable(mesh.nodes.tolist() for mesh in (stem, *tools.values()))

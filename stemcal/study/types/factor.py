@@ -76,7 +76,6 @@ class Setting(NamedTuple):
 
     section: str
     parameter: Parameter
-    in_decks: bool = True
 
 
 def _length(label: str, *plausible: float, zero: bool = False) -> Parameter:
@@ -86,20 +85,18 @@ def _length(label: str, *plausible: float, zero: bool = False) -> Parameter:
 
 SETTINGS: dict[str, Setting] = {
     "edge_angle": Setting("blade", Parameter("edge angle", "angle", "deg", 0, False, 180, False, (5, 120))),
-    "sliding_angle": Setting(
-        "blade", Parameter("sliding angle", "angle", "deg", 0, True, 60, False, (0, 60)), in_decks=False
-    ),
+    "sliding_angle": Setting("blade", Parameter("sliding angle", "angle", "deg", 0, True, 60, False, (0, 60))),
     "edge_radius": Setting("blade", _length("edge radius", 1e-3, 2, zero=True)),
     "thickness": Setting("blade", _length("blade thickness", 0.1, 50)),
     "speed": Setting("loading", Parameter("blade speed", "speed", "mm/s", 0, False, _NO_LIMIT, False, (0.01, 1e5))),
     "clearance": Setting("supports", _length("clearance", 0.1, 500)),
     "fillet_radius": Setting("supports", _length("fillet radius of the supports", 0.01, 50, zero=True)),
-    "height": Setting("supports", _length("cutting height", 1, 2000), in_decks=False),
+    "height": Setting("supports", _length("cutting height", 1, 2000)),
     "outer_diameter": Setting("specimen", _length("outer diameter", 1, 100)),
     "diameter_ratio": Setting("specimen", Parameter("diameter ratio", "dimensionless", "1", 0, True, 1, False, (0, 1))),
 }
-IN_DECKS = {**PARAMETERS, **{name: setting.parameter for name, setting in SETTINGS.items() if setting.in_decks}}
-EMBEDDED = {**PARAMETERS, **{name: setting.parameter for name, setting in SETTINGS.items()}, FRICTION: _OF_STEM}
+IN_DECKS = {**PARAMETERS, **{name: setting.parameter for name, setting in SETTINGS.items()}}
+EMBEDDED = {**IN_DECKS, FRICTION: _OF_STEM}
 
 MOST_FACTORS = 100
 Symbol = Annotated[str, StringConstraints(strict=True, strip_whitespace=True, min_length=1, max_length=12), Readable]
@@ -129,9 +126,9 @@ class Factor(Frozen):
     """Name of the factor in tables and files. The `embedded` and `deck` solvers accept nine material parameters and
     ten settings of the test, which have the names of their keys: `edge_angle`, `sliding_angle`, `edge_radius`,
     `thickness` (of the blade), `speed`, `clearance`, `fillet_radius`, `height`, `outer_diameter` and `diameter_ratio`.
-    With layers, also their thicknesses, such as `skin_thickness`. Decks have neither `sliding_angle` nor `height`.
-    `bevel` cannot be a factor because it is a word, not a range. The `embedded` solver also accepts the coefficient of
-    friction `stem_friction`. With the other solvers, any name is allowed."""
+    With layers, also their thicknesses, such as `skin_thickness`. `bevel` cannot be a factor because it is a word, not
+    a range. The `embedded` solver also accepts the coefficient of friction `stem_friction`. With the other solvers, any
+    name is allowed."""
     symbol: Symbol
     """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second, and so
     on."""

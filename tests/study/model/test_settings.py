@@ -53,7 +53,7 @@ def test_the_test_of_a_level_is_that_of_the_section(name: str, tmp_path: Path) -
     assert list(wrong_levels(varied, levels, 8.0)) == []
 
 
-@pytest.mark.parametrize("name", [name for name, setting in SETTINGS.items() if setting.in_decks])
+@pytest.mark.parametrize("name", SETTINGS)
 def test_the_deck_of_a_level_is_that_of_the_section(name: str, tmp_path: Path) -> None:
     varied, levels, fixed = both(tmp_path, name)
     decks = [Deck.of(varied, levels, 8.0), Deck.of(fixed, {"yield_stress": 15.0}, fixed.specimen.outer_diameter)]
