@@ -68,12 +68,14 @@ class CuttingResult:
     energy_drift_percent         largest error of the energy balance, relative to the largest work done
     kinetic_ratio_percent        largest ratio of kinetic to internal energy before the first failure (or in the stroke
                                  without one), after the first tenth of the work
-    hourglass_ratio_percent      largest ratio of hourglass to internal energy up to the peak, after the first tenth
+    hourglass_ratio_percent      largest ratio of hourglass to internal energy up to the peak (in a whole cut, up to the
+                                 end), after the first tenth
     inertia_percent              difference between the forces on the blade and on the supports at the peak, relative to
                                  the force on the blade: the contribution of inertia, from true and added mass
     added_mass_percent           mass added by mass scaling and time step, relative to the stem's mass
-    contact_energy_percent       smallest share of the blade's work that contact stores or dissipates until the first
-                                 fracture, after the first tenth of the work; a negative share is a numerical error
+    contact_energy_percent       smallest share of the blade's work that contact, without friction, stores or dissipates
+                                 until the first fracture, after the first tenth of the work; a negative share is a
+                                 numerical error
     break_travel                 travel of the blade at the first fracture (`break_row`), None without one; the curve
                                  beyond depends on the mesh and the vibrating stem rather than on the material
 
@@ -223,10 +225,12 @@ def evaluate(
     elements: int,
     wall: float,
     balanced: int | None = None,
+    parts: bool = False,
 ) -> CuttingResult:
     """Return the peak of a force curve before the first fracture (row `broken`, None without one), and the checks.
 
-    The energy balance is checked before row `balanced`, or over the whole stroke. Raises `SimulationFailed` if the
+    The energy balance is checked before row `balanced`, or over the whole stroke; the hourglass energy up to the peak,
+    or over the whole stroke if the stem `parts`. Raises `SimulationFailed` if the
     blade exerted no force.
     """
     peak = int(np.argmax(curve.force_filtered[:broken]))
@@ -249,7 +253,7 @@ def evaluate(
         element_steps_per_second=elements * history.steps / wall,
         energy_drift_percent=history.drift_percent(balanced),
         kinetic_ratio_percent=_ratio_percent(curve.kinetic, curve, whole),
-        hourglass_ratio_percent=_ratio_percent(curve.hourglass, curve, peak),
+        hourglass_ratio_percent=_ratio_percent(curve.hourglass, curve, len(curve.time) - 1 if parts else peak),
         contact_energy_percent=_least_contact_percent(curve, broken),
         inertia_percent=float(100.0 * abs(1.0 - curve.supports[peak] / curve.force_filtered[peak])),
         stroke_was_enough=not short,
@@ -285,7 +289,7 @@ def _ratio_percent(part: Array, curve: ForceHistory, until: int) -> float:
 
 
 def _least_contact_percent(curve: ForceHistory, broken: int | None) -> float:
-    work, contact = curve.external[:broken], curve.contact[:broken]
+    work, contact = curve.external[:broken], (curve.contact - curve.contact_friction)[:broken]
     counted = work > _BEGINNING * max(work.max(), 1e-12)
     return float(100.0 * np.min(contact[counted] / work[counted], initial=100.0))
 

@@ -42,7 +42,7 @@ def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
     if test.supports.kind != "span" or test.loading.sliding_angle:  # no force on a clamp is computed
         curve = replace(curve, supports=curve.force_filtered)
     broken = None if whole else break_row(curve.force_filtered, curve.deleted, how.break_drop)
-    result = evaluate(curve, history, test.material, broken, len(model.mesh.hexes), wall)
+    result = evaluate(curve, history, test.material, broken, len(model.mesh.hexes), wall, parts=whole)
     result = of_whole_cut(result, test, severing) if whole else result
     return replace(result, shape=shape_of(model, history, how.symmetry))
 

@@ -100,7 +100,7 @@ def simulation_table(
         ("Elements", f"{result.elements} ({result.deleted_elements} deleted before the peak force)"),
         ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
         ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),
-        ("Contact energy", f"at least {fixed(result.contact_energy_percent, 3)} % of the work"),
+        ("Contact energy", f"at least {fixed(result.contact_energy_percent, 3)} % of the work, without friction"),
         ("Kinetic energy", f"at most {fixed(result.kinetic_ratio_percent, 3)} % of the internal energy"),
     )
     for name, value in rows:

@@ -65,6 +65,38 @@ def test_energy_is_conserved_and_contact_only_takes() -> None:
     assert 0.3 < result.severed_travel / 15.0 < 0.65
 
 
+def test_flanks_that_meet_nodes_beyond_the_plane_create_no_energy() -> None:
+    """A hollow stem bends around a steep edge next to a fixed knife, so that nodes cross the plane under the edge.
+
+    Flanks that met them only near the blade, and therefore at a depth, created 3.2 % of the work.
+    """
+    law = Material(1.1e-9, 1000.0, 0.3, 12.0, 0.5, 0.05, failure_strain=0.055, internal_length=8.0 / 4.5)
+    how = replace(cut().discretisation, element_size=0.8, symmetry="half")
+    test = ShearTest(
+        law,
+        stem=Stem(8.0, 0.41, 32.0),
+        blade=Blade(edge_angle=60.0, edge_spread=8.0 / 7),
+        supports=Supports(3.0, 0.2, "counter_edge", 16.0),
+        loading=Loading(1750.0, 16.0 / 1750.0, until="severed"),
+        contact=Contact(0.0, 0.0),
+        discretisation=how,
+    )
+    curve = shear(test).history
+    assert curve.contact_flanks.min() > -1e-3 * curve.external[-1]
+    assert 0.0 < curve.contact_flanks[-1] < 0.03 * curve.external[-1]
+
+
+@pytest.mark.parametrize("angle", [30.0, 60.0])
+def test_one_bevel_conserves_energy(angle: float) -> None:
+    """The stem drifts to one side of the blade. The cut needs less work than with two bevels, which both push."""
+    both, one = result_of(edge_angle=angle), shear(cut(symmetry="half", edge_angle=angle, bevel="one"))
+    curve = one.history
+    assert one.severed and one.energy_drift_percent < 0.1 and one.contact_energy_percent >= 0.0
+    assert curve.contact_flanks.min() > -1e-3 * curve.external[-1]
+    assert both.cutting_energy is not None and one.cutting_energy is not None
+    assert 0.5 < one.cutting_energy / both.cutting_energy < 1.0
+
+
 def test_force_is_the_largest_mean_over_a_twentieth_of_the_diameter() -> None:
     curve = result_of().history
     step = float(np.diff(curve.travel).mean())

@@ -314,7 +314,7 @@ def test_a_simulation_is_printed_with_its_numbers() -> None:
         "Elements": "100 (3 deleted before the peak force)",
         "Steps": "5000 in 61 s, 12.3 M element-steps/s",
         "Energy drift": "0.123 %",
-        "Contact energy": "at least −0.500 % of the work",
+        "Contact energy": "at least −0.500 % of the work, without friction",
         "Kinetic energy": "at most 2.000 % of the internal energy",
     }
 

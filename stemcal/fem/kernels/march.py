@@ -183,7 +183,7 @@ def _look_for_contact(
 ) -> None:  # fmt: skip
     """Update the lists of nodes and faces that can touch a tool."""
     list_near_skin(candidates, topology, tools, body.x, settings.margin)
-    list_near_nodes(candidates, topology, tools, body.x, settings.margin)
+    list_near_nodes(candidates, topology, tools, spread.cut, body.x, settings.margin)
     tool = max(edge.tool, spread.tool)
     if tool >= 0:
         list_faces_under_edge(

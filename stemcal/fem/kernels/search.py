@@ -10,7 +10,7 @@ import numpy as np
 
 from stemcal.arrays import Array, Floats, Ints, Mask
 from stemcal.fem.kernels.compile import kernel
-from stemcal.fem.kernels.contact import SAMPLES, outline_distance, sample_of_skin
+from stemcal.fem.kernels.contact import SAMPLES, flank_distance, outline_distance, sample_of_skin
 
 # Corners of the six faces of a hexahedron, −ξ, +ξ, −η, +η, −ζ, +ζ, counter-clockwise as seen from outside.
 FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]], dtype=np.int32)
@@ -42,7 +42,7 @@ class Candidates(NamedTuple):
 
 
 @kernel
-def list_near_nodes(candidates: Floats, topology: Floats, tools: Floats, x: Array, margin: float) -> None:
+def list_near_nodes(candidates: Floats, topology: Floats, tools: Floats, cut: Floats, x: Array, margin: float) -> None:
     """List the nodes within `margin` of each tool, except the nodes of the skin if the tool touches faces."""
     for t in range(tools.radius.shape[0]):
         count = 0
@@ -50,7 +50,11 @@ def list_near_nodes(candidates: Floats, topology: Floats, tools: Floats, x: Arra
             if topology.live[n] == 0 or (tools.faces[t] and candidates.covered[n]):
                 continue
             gap, _, _ = outline_distance(x[n, 0], x[n, 2] - tools.height[t], tools.corners[t])
-            if gap - tools.radius[t] < margin:
+            gap -= tools.radius[t]
+            if t == cut.tool:
+                flank, _, _ = flank_distance(cut, n, x[n, 0] - tools.edge[t], x[n, 2] - tools.height[t])
+                gap = min(gap, flank)
+            if gap < margin:
                 candidates.nodes[t, count] = n
                 count += 1
         candidates.node_counts[t] = count
