@@ -4,4 +4,4 @@ The stem is along x, the blade's edge along y in the plane x = 0; the blade move
 """
 
 # Incremented by every change that alters the force of a test, so that stored runs are not reused after it.
-REVISION = 13
+REVISION = 14

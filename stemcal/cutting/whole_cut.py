@@ -27,9 +27,7 @@ def of_whole_cut(result: CuttingResult, test: ShearTest, severing: Severing) -> 
     first = int(np.argmax(curve.failed > 0))
     before = moving_mean(curve.force, filter_rows(loading, test.discretisation))[: first + 1]
     failed, highest = curve.failed[-1] > 0, int(np.argmax(before))
-    if (
-        failed and before[highest] > result.peak_force
-    ):  # until nodes separate, the force does not vary within an element
+    if failed and before[highest] > result.peak_force:  # until a failure, the force does not vary within an element
         time, travel = float(curve.time[highest]), float(curve.travel[highest])
         result = replace(result, peak_force=float(before[highest]), peak_time=time, peak_travel=travel)
     kept = tuple(note for note in result.warnings if note.kind != checks.STROKE_TOO_SHORT)

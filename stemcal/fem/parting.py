@@ -59,7 +59,8 @@ def cut_plane(tools: tuple[Tool, ...], mesh: Mesh, spread: SpreadEdge) -> CutPla
     side = np.ones(len(x))
     side[mesh.hexes] = np.where(x[mesh.hexes, 0].mean(axis=1) > place, 1.0, -1.0)[:, None] if tool >= 0 else 1.0
     on = np.abs(x[:, 0] - place) < _HAIR
-    columns, layers = _columns(x, side, place, reach) if tool >= 0 else (np.zeros((0, 0), np.int32), np.zeros(0))
+    none = np.zeros((0, 0), np.int32), np.zeros(0), np.zeros(len(x), np.int32)
+    columns, layers, line = _columns(x, side, place, reach) if tool >= 0 else none
     middle = int(np.argmax(layers >= 0.0)) + bool(np.any(on & (side < 0.0))) if tool >= 0 else 0
     nodes = columns[:, middle] if tool >= 0 else np.zeros(0, dtype=np.int32)
     twins = columns[:, middle - 1] if middle > 0 else nodes[:0]
@@ -73,6 +74,7 @@ def cut_plane(tools: tuple[Tool, ...], mesh: Mesh, spread: SpreadEdge) -> CutPla
         nodes=np.ascontiguousarray(nodes),
         twins=np.ascontiguousarray(twins),
         number=number,
+        line=line,
         side=side,
         faces=faces[behind, face],
         behind=behind.astype(np.int32),
@@ -89,10 +91,11 @@ def cut_plane(tools: tuple[Tool, ...], mesh: Mesh, spread: SpreadEdge) -> CutPla
     )
 
 
-def _columns(x: Array, side: Array, place: float, reach: float) -> tuple[Ints, Array]:
-    """Return the nodes in lines across the plane (P, M), up to one layer beyond `reach`, and the layers' places (M,).
+def _columns(x: Array, side: Array, place: float, reach: float) -> tuple[Ints, Array, Ints]:
+    """Return lines of nodes across the plane (P, M), the places of their M layers (M,), and the line of each node (N,).
 
-    The layers of nodes must be plane. Both sides must have the same number within `reach`, unless one is mirrored.
+    The lines end one layer beyond `reach`. The layers of nodes must be plane. Both sides must have the same number
+    within `reach`, unless one is mirrored.
     """
     _, line = np.unique(np.round(x[:, 1:], 7), axis=0, return_inverse=True)
     table = np.lexsort((side, x[:, 0], line.ravel())).reshape(line.max() + 1, -1).astype(np.int32)
@@ -101,7 +104,8 @@ def _columns(x: Array, side: Array, place: float, reach: float) -> tuple[Ints, A
     count = int(np.searchsorted(away[right:], reach)) + 1
     begin = right - count if right > 0 else 0
     some = slice(max(begin, 0), right + count)
-    return np.ascontiguousarray(table[:, some]), np.where(np.abs(away[some]) < _HAIR, 0.0, away[some])
+    places = np.where(np.abs(away[some]) < _HAIR, 0.0, away[some])
+    return np.ascontiguousarray(table[:, some]), places, line.ravel().astype(np.int32)
 
 
 def _flanks(tool: Tool) -> Array:

@@ -161,7 +161,6 @@ def start(model: Model) -> State:
             penalty_step=first,
             margin=_MARGIN * size,
             surface_life=life,
-            surface_lead=0.5 * (life - 1) if life < STEP_LIFE else 0.0,
         ),
     )
 

@@ -168,7 +168,8 @@ def simulate_levels(
     diameter   mm; by default that of the specimen
     frames     folder for about 50 frames in ParaView format
 
-    The warnings of a laboratory test are those that concern the measured responses, or all if none was measured.
+    The warnings of a laboratory test are those that concern the measured responses, or all if none was measured. Raises
+    `SimulationFailed` if the result is not reliable.
     """
     warm(study.is_layered)
     diameter = study.stem_at(levels, study.specimen.outer_diameter if diameter is None else diameter)
@@ -177,7 +178,10 @@ def simulate_levels(
     writer = None if frames is None else FrameWriter(frames, every)
     if section is None:
         assert isinstance(test, ShearTest)
-        return shear(test, writer)
+        result = shear(test, writer)
+        if (distrust := laboratory_runs.distrusted(result, test.discretisation.integration.safety)) is not None:
+            raise distrust
+        return result
     result = laboratory_runs.perform_or_fail(test, writer).with_responses(section.responses)
     measured = section.measured or tuple(result.responses)
     return replace(result, warnings=tuple(laboratory_runs.relevant_warnings(result, measured)))

@@ -347,6 +347,7 @@ def test_frames_are_every_fiftieth_of_the_outputs(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(embedded, "FrameWriter", lambda folder, every: made.append((folder, every)))
     monkeypatch.setattr(embedded, "shear", lambda test, writer: test)
     monkeypatch.setattr(embedded, "warm", lambda layered: None)
+    monkeypatch.setattr(laboratory_runs, "distrusted", lambda result, safety: None)
     for outputs, every in ((500, 10), (99, 1), (30, 1)):
         study = load_study(CONFIGS / "smoke.yaml", solver={"outputs": outputs})
         test: Any = simulate_levels(study, {"yield_stress": 17.0}, frames=tmp_path)
@@ -358,6 +359,19 @@ def test_frames_are_every_fiftieth_of_the_outputs(tmp_path: Path, monkeypatch: p
         )
     simulate_levels(study, {}, 7.0)
     assert made == []
+
+
+def test_one_simulation_that_created_energy_fails_as_in_a_study(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result = Cut(contact_energy_percent=-1.1)
+    monkeypatch.setattr(embedded, "shear", lambda test, writer: result)
+    monkeypatch.setattr(embedded, "warm", lambda layered: None)
+    with pytest.raises(SimulationFailed) as failed:
+        simulate_levels(study_of(tmp_path), {"yield_stress": 17.0})
+    assert failed.value.reason == "contact_energy" and "time_step_safety: 0.35" in str(failed.value)
+    result = Cut(contact_energy_percent=-0.9)
+    assert simulate_levels(study_of(tmp_path), {"yield_stress": 17.0}).peak_force == 90.0
 
 
 CURVE = SimpleNamespace(travel=np.array([0.0, 1.0]), force_filtered=np.array([0.0, 90.0]))

@@ -105,7 +105,6 @@ class Settings(NamedTuple):
     penalty_step: float  # Δt in the contact stiffness p m/Δt², s
     margin: float  # nodes and faces within this distance of a tool are listed, mm
     surface_life: int  # number of steps after which the surface under a spread edge is computed again
-    surface_lead: float  # number of steps by which this surface is ahead of the nodes when it is computed
 
 
 class Team(NamedTuple):
@@ -248,7 +247,7 @@ def meet_tools(
         _look_for_contact(body, topology, tools, edge, spread, candidates, clock, settings)
         due = True
     if spread.tool >= 0 and due:
-        ahead = settings.surface_lead * clock.step[0]
+        ahead = 0.5 * (settings.surface_life - 1) * clock.step[0] if settings.surface_life < STEP_LIFE else 0.0
         update_surface(spread, candidates, body, ahead, tools.height[spread.tool])
     _add_contact_forces(body, tools, edge, spread, candidates, clock, friction, settings)
 

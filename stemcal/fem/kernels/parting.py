@@ -38,6 +38,7 @@ class CutPlane(NamedTuple):
     nodes: Ints  # (P,) nodes of the plane, of the elements on its right side
     twins: Ints  # (P,) nodes at the same places, of the elements on the left side; (0,) if the plane is a mirror
     number: Ints  # (N,) index of each node among `nodes` or `twins`, −1 for others
+    line: Ints  # (N,) index among `nodes` of the node of the plane on the same line across the plane
     side: Array  # (N,) 1 right of the plane, −1 left of it
     faces: Ints  # (F, 4) faces of elements on the plane; corners are indices into `nodes` or `twins`
     behind: Ints  # (F,) element of each of these faces
@@ -69,16 +70,17 @@ def part(cut: Floats, exchange: Floats, body: Floats, tools: Floats) -> None:
         n = cut.nodes[p]
         if cut.twins.shape[0] == 0:
             body.free[n, 0] = True
-        else:
-            _store_depth(cut, body.x, tools, cut.twins[p])
-        _store_depth(cut, body.x, tools, n)
+        for m in cut.columns[p]:
+            _store_depth(cut, body.x, tools, m)
 
 
 @inlined
 def _store_depth(cut: Floats, x: Array, tools: Floats, n: int) -> None:
-    """Store the penetration of a parting node into the flank: pushing it out at once would create energy."""
-    cut.offset[n] = 0.0
-    gap, _, _ = flank_distance(cut, n, x[n, 0] - tools.edge[cut.tool], x[n, 2] - tools.height[cut.tool])
+    """Store the penetration of a node that may touch the flank from now on: pushing it out would create energy."""
+    cut.offset[n], px = 0.0, x[n, 0] - tools.edge[cut.tool]
+    if cut.number[n] < 0 and cut.side[n] * px >= 0.0:
+        return
+    gap, _, _ = flank_distance(cut, n, px, x[n, 2] - tools.height[cut.tool])
     cut.offset[n] = max(-gap, 0.0)
 
 
