@@ -52,8 +52,8 @@ class Coding:
         return np.asarray(np.asarray(coded, dtype=float) * np.asarray(self.half_step) + self.centre)
 
     def levels(self, coded: ArrayLike) -> dict[str, float]:
-        """Return the natural level of each factor at a coded point, rounded to twelve digits (20, not 19.9999…96)."""
-        natural = self.to_natural(coded)
+        """Return the natural levels of a coded point by factor, to twelve digits (20, not 19.9999…96; 0, not 3e-15)."""
+        natural = np.where(np.abs(x := self.to_natural(coded)) < 1e-12 * np.array(self.half_step), 0.0, x)
         return {name: float(f"{value:.12g}") for name, value in zip(self.names, natural, strict=True)}
 
     def runs(self, coded: Iterable[ArrayLike], others: Mapping[str, float]) -> tuple[dict[str, float], ...]:

@@ -35,3 +35,9 @@ def test_a_half_step_must_be_positive(half_step):
 def test_lengths_must_agree():
     with pytest.raises(UsageError, match="length"):
         Coding(("X4", "X9"), (15.0,), (1.0,))
+
+
+def test_levels_have_twelve_digits_and_a_level_of_zero_is_zero():
+    coding = Coding(("angle", "stress"), (15.0, 15.0), (15.0, 5.0))
+    assert coding.levels([-1.0 + 2e-15, 1.0 - 1e-15]) == {"angle": 0.0, "stress": 20.0}
+    assert coding.levels([-1.0 + 1e-9, 1.0])["angle"] == pytest.approx(1.5e-8, rel=1e-6)
