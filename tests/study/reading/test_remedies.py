@@ -160,6 +160,7 @@ RULES: list[tuple[str, Callable[..., object]]] = [
     (r"write a larger value", lambda one: positive(one)),
     (r"write a smaller value", lambda one: within(one, re.search(r"below (.*)$", one.finding.message)[1], 0.5)),
     (r"write `time_step: (\S+ s)`", lambda one, v: one.section("solver").update(time_step=v)),
+    (r"write `replicates: 4` under `solver`", lambda one: one.section("solver").update(replicates=4)),
     (r"write `transverse: \{\}` under `material`", lambda one: one.section("material").update(transverse={})),
     (r"add (a line `\S+ mm: …`.*),", lambda one, text: one.value.update(
         dict.fromkeys(re.findall(r"\S+ mm", text.replace("`", "")), next(iter(one.value.values()))))),
