@@ -217,7 +217,7 @@ def _blade(test: ShearTest) -> Tool:
 def _supports(test: ShearTest) -> tuple[Tool, ...]:
     """Return the support blocks on both sides; the right one for a quarter model, the left one for a counter-edge."""
     r, kind = test.supports.fillet_radius, test.supports.kind
-    near = r + (0.5 * test.supports.clearance if kind == "span" else counter_edge(test))
+    near = test.supports.rests_at if kind == "span" else r + counter_edge(test)
     height = -0.5 * test.stem.outer_diameter
     far = near + _FAR
     right = ((near, -r), (near, -_FAR), (far, -_FAR), (far, -r))

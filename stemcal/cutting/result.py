@@ -230,8 +230,7 @@ def evaluate(
     """Return the peak of a force curve before the first fracture (row `broken`, None without one), and the checks.
 
     The energy balance is checked before row `balanced`, or over the whole stroke; the hourglass energy up to the peak,
-    or over the whole stroke if the stem `parts`. Raises `SimulationFailed` if the
-    blade exerted no force.
+    or over the whole stroke if the stem `parts`. Raises `SimulationFailed` if the blade exerted no force.
     """
     peak = int(np.argmax(curve.force_filtered[:broken]))
     if curve.force_filtered[peak] <= 0.0:

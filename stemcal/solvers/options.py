@@ -107,14 +107,13 @@ class EmbeddedSolver(SolverOptions):
         V⁻²; from 0.17 m/s, a mass scaling of 1e4 is reduced to 1. The time step and the filter window decrease as V⁻¹,
         so that the blade travel during them is constant.
         """
-        slower = min(1.0, _SLOW / speed)
-        return self.model_copy(
-            update={
-                "mass_scaling": max(1.0, self.mass_scaling * slower**2),
-                "time_step": None if self.time_step is None else self.time_step * slower,
-                "filter_window": self.filter_window * slower,
-            }
-        )
+        step = None if self.time_step is None else self.time_step * min(1.0, _SLOW / speed)
+        return self.model_copy(update={**_at_speed(self, speed), "time_step": step})
+
+
+def _at_speed(options: "EmbeddedSolver | DeckSolver", speed: float) -> dict[str, float]:
+    slower = min(1.0, _SLOW / speed)
+    return {"mass_scaling": max(1.0, options.mass_scaling * slower**2), "filter_window": options.filter_window * slower}
 
 
 MOST_FILES = 100
@@ -252,9 +251,7 @@ class DeckSolver(ProgramOptions):
 
     def at_speed(self, speed: float) -> Self:
         """Return the options for a blade speed (mm/s): mass scaling and filter window as in `EmbeddedSolver`."""
-        kept = {"mass_scaling", "filter_window"}
-        scaled = EmbeddedSolver().model_copy(update=self.model_dump(include=kept)).at_speed(speed)
-        return self.model_copy(update=scaled.model_dump(include=kept))
+        return self.model_copy(update=_at_speed(self, speed))
 
     @property
     def law(self) -> str:

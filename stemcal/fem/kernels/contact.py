@@ -100,7 +100,7 @@ def flank_distance(cut: Floats, n: int, px: float, pz: float) -> Floats:
 
 
 @inlined
-def _may_touch_flank(cut: Floats, n: int, px: float) -> bool:
+def may_touch_flank(cut: Floats, n: int, px: float) -> bool:
     """Check that node n may touch the flanks; before its line parts, only off the plane and on its side (px) of it."""
     return bool(cut.parted[cut.line[n]] or (cut.number[n] < 0 and cut.side[n] * px >= 0.0))
 
@@ -162,7 +162,7 @@ def push_nodes_out(
         for m in range(counts[t]):
             n = near[t, m]
             px, pz = x[n, 0], x[n, 2] - tools.height[t]
-            if t == cut.tool and _may_touch_flank(cut, n, px - tools.edge[t]):
+            if t == cut.tool and may_touch_flank(cut, n, px - tools.edge[t]):
                 gap, nx, nz = flank_distance(cut, n, px - tools.edge[t], pz)
                 depth = -gap
             elif (px - tools.edge[t]) ** 2 + pz**2 < tools.spread[t] ** 2:

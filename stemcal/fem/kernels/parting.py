@@ -19,7 +19,7 @@ from numpy import sqrt
 
 from stemcal.arrays import Array, Floats, Ints, Mask
 from stemcal.fem.kernels.compile import inlined, kernel
-from stemcal.fem.kernels.contact import flank_distance
+from stemcal.fem.kernels.contact import flank_distance, may_touch_flank
 from stemcal.fem.kernels.nodes import SURFACE, push
 
 # Values of `CutPlane.front`: SKIN if the top of the line has not parted, NO_FRONT if no front is within reach.
@@ -66,22 +66,20 @@ def part(cut: Floats, exchange: Floats, body: Floats, tools: Floats) -> None:
     for p in range(cut.nodes.shape[0]):
         if cut.parted[p] or cut.strain[p] < 1.0:
             continue
+        for n in cut.columns[p]:
+            _store_depth(cut, body.x, tools, n)
         cut.parted[p] = True
-        n = cut.nodes[p]
         if cut.twins.shape[0] == 0:
-            body.free[n, 0] = True
-        for m in cut.columns[p]:
-            _store_depth(cut, body.x, tools, m)
+            body.free[cut.nodes[p], 0] = True
 
 
 @inlined
 def _store_depth(cut: Floats, x: Array, tools: Floats, n: int) -> None:
     """Store the penetration of a node that may touch the flank from now on: pushing it out would create energy."""
-    cut.offset[n], px = 0.0, x[n, 0] - tools.edge[cut.tool]
-    if cut.number[n] < 0 and cut.side[n] * px >= 0.0:
-        return
-    gap, _, _ = flank_distance(cut, n, px, x[n, 2] - tools.height[cut.tool])
-    cut.offset[n] = max(-gap, 0.0)
+    px = x[n, 0] - tools.edge[cut.tool]
+    if not may_touch_flank(cut, n, px):
+        gap, _, _ = flank_distance(cut, n, px, x[n, 2] - tools.height[cut.tool])
+        cut.offset[n] = max(-gap, 0.0)
 
 
 @kernel

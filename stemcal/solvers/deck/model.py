@@ -90,7 +90,7 @@ class Deck:
             )
         return cls(study, levels, diameter, form or form_of(study))
 
-    @property
+    @cached_property
     def solver(self) -> EmbeddedSolver | DeckSolver:
         """The options of the solver, scaled for the speed of the blade."""
         assert isinstance(self.study.solver, EmbeddedSolver | DeckSolver)
@@ -222,7 +222,7 @@ class Deck:
         """Meshes of the stem, the blade and the supports."""
         study, diameter, stem, b = self.study, self.diameter, self._stem, self.study.blade
         blade = Blade(b.thickness, b.width, b.edge_angle, self.nose, b.bevel)
-        how = _discretisation(self.solver, study, diameter)
+        how = _discretisation(self.solver, diameter)
         elements = mesh_size(stem, how).elements
         if elements > _MOST_ELEMENTS:
             raise UsageError(
@@ -354,7 +354,7 @@ class Deck:
             )
 
 
-def _discretisation(solver: EmbeddedSolver | DeckSolver, study: Study, diameter: float) -> Discretisation:
+def _discretisation(solver: EmbeddedSolver | DeckSolver, diameter: float) -> Discretisation:
     size = solver.element_size.at(diameter)
     if isinstance(solver, DeckSolver):
         return Discretisation(size, solver.elements_through_wall, symmetry="none", edge_over="elements")

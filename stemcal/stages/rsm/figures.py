@@ -192,7 +192,7 @@ def _label(axes: Any, rsm: RsmResult, pair: _Pair, labels: Mapping[str, str] | N
 
 
 def _mark_target(axes: style.Axes, rsm: RsmResult, grid: _Grid, solved: Solution, pair: _Pair) -> None:
-    """Draw the solution and, for each fitted mean, the contour of its own surface at the measured value."""
+    """Draw the solution and, for each fitted mean, the contour of its surface at the measured value."""
     levels = [np.full(grid[0].size, solved.levels[name]) for name in rsm.names]
     for name, values in zip(pair, grid[:2], strict=True):
         levels[rsm.names.index(name)] = values.ravel()

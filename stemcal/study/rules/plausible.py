@@ -132,7 +132,7 @@ def _spans(study: Study) -> Iterator[Finding]:
 
 
 def _whole_cuts(study: Study) -> Iterator[Study]:
-    """Yield the study, and with each further cutting test instead of its own, at both ends of all factors."""
+    """Yield the study, and the study with each further cutting test in its place, at both ends of all factors."""
     for end in ("low", "high") if study.loading.until == "severed" else ():
         cut = study.at({factor.name: getattr(factor, end) for factor in study.factors})
         yield from (cut, *(cut.model_copy(update=test.in_place_of(cut)) for test in study.tests))
